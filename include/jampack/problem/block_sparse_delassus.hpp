@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <jampack/core/error.hpp>
+#include <jampack/problem/delassus.hpp>
+#include <string>
+#include <utility>
+
+namespace jampack {
+
+/// One N x N block of a Delassus operator, given by its contacts.
+template <int N>
+struct DelassusBlock {
+  Index row, column;
+  Eigen::Matrix<double, N, N> value;
+};
+
+/// W stored row by row as its non-zero N x N blocks; need not be symmetric.
+///
+/// Neighbouring columns are kept as one run, and a run is stored as N contiguous scalar rows, so that a row
+/// of W is read as a few long dot products whatever N is.
+template <int N>
+class BlockSparseDelassus {
+ public:
+  static constexpr int n_unknowns = N;
+  using Block = Eigen::Matrix<double, N, N>;
+  struct Motion {};
+
+  BlockSparseDelassus() = default;
+
+  /// Blocks in any order; blocks given twice are added. Throws InvalidInput for indices outside
+  /// [0, n_contacts) and for values that are not finite.
+  BlockSparseDelassus(Index n_contacts, Array<DelassusBlock<N>> blocks)
+      : diagonal_(n_contacts, Block::Zero()) {
+    for (const auto& block : blocks) {
+      require(block.row >= 0 && block.row < n_contacts && block.column >= 0 && block.column < n_contacts,
+              "Delassus operator: a block lies at (" + std::to_string(block.row) + ", " +
+                  std::to_string(block.column) + "), outside of " + std::to_string(n_contacts) + " contacts");
+      require(block.value.allFinite(),
+              "Delassus operator: W is not finite at contact " + std::to_string(block.row));
+    }
+    std::stable_sort(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) {
+      return std::pair(a.row, a.column) < std::pair(b.row, b.column);
+    });
+    row_start_.reserve(n_contacts + 1);
+    Index k = 0;
+    for (Index row = 0; row < n_contacts; ++row) {
+      row_start_.push_back(runs_.size());
+      while (k < blocks.size() && blocks[k].row == row) k = add_run(blocks, k);
+    }
+    row_start_.push_back(runs_.size());
+  }
+
+  Index n_contacts() const { return diagonal_.size(); }
+  Index n_stored() const { return values_.size(); }  ///< stored scalars of W
+  const Block& diagonal_block(Index c) const { return diagonal_[c]; }
+
+  void apply(const Eigen::VectorXd& r, Eigen::VectorXd& u) const {
+    u.resize(N * n_contacts());
+    for (Index c = 0; c < n_contacts(); ++c) u.template segment<N>(N * c) = row_times(c, r.data());
+  }
+
+  Motion motion(const Eigen::VectorXd&) const { return {}; }
+  ContactVector<N> velocity(const Motion&, const Eigen::VectorXd& r, Index c) const {
+    return row_times(c, r.data());
+  }
+  void change(Motion&, Index, const ContactVector<N>&) const {}
+
+  Index n_groups() const { return n_contacts(); }
+  Index group(Index c) const { return c; }
+  template <class Visit>
+  void for_each_coupled_group(Index c, Visit visit) const {
+    for (Index k = row_start_[c]; k < row_start_[c + 1]; ++k)
+      for (Index d = 0; d < runs_[k].length / N; ++d) visit(runs_[k].first / N + d);
+  }
+
+  /// Visits the stored blocks of row c as visit(column contact, block).
+  template <class Visit>
+  void for_each_block(Index c, Visit visit) const {
+    for (Index k = row_start_[c]; k < row_start_[c + 1]; ++k) {
+      const Run& run = runs_[k];
+      for (Index d = 0; d < run.length / N; ++d) {
+        Block block;
+        for (int i = 0; i < N; ++i)
+          for (int j = 0; j < N; ++j) block(i, j) = values_[run.start + i * run.length + d * N + j];
+        visit(run.first / N + d, block);
+      }
+    }
+  }
+
+ private:
+  struct Run {
+    Index start;          // of its values
+    std::int32_t first;   // scalar column
+    std::int32_t length;  // scalar columns
+  };
+
+  // Appends the run of neighbouring columns that begins at block k; returns the block after it.
+  Index add_run(const Array<DelassusBlock<N>>& blocks, Index k) {
+    const Index row = blocks[k].row, begin = k;
+    Index last = blocks[k].column;
+    for (++k; k < blocks.size() && blocks[k].row == row && blocks[k].column <= last + 1; ++k)
+      last = blocks[k].column;
+    const Index first = blocks[begin].column, length = N * (last - first + 1), start = values_.size();
+    values_.resize(start + N * length, 0.0);
+    for (Index b = begin; b < k; ++b) {
+      const Index offset = start + N * (blocks[b].column - first);
+      for (int i = 0; i < N; ++i)
+        for (int j = 0; j < N; ++j) values_[offset + i * length + j] += blocks[b].value(i, j);
+      if (blocks[b].column == row) diagonal_[row] += blocks[b].value;
+    }
+    runs_.push_back({start, static_cast<std::int32_t>(N * first), static_cast<std::int32_t>(length)});
+    return k;
+  }
+
+  ContactVector<N> row_times(Index c, const double* r) const {
+    double sum[N] = {};
+    for (Index k = row_start_[c]; k < row_start_[c + 1]; ++k) {
+      const Run& run = runs_[k];
+      const double* const x = r + run.first;
+      const double* const w = values_.data() + run.start;
+      const Index n = run.length;
+      if (n == N) {
+        for (int i = 0; i < N; ++i)
+          for (int j = 0; j < N; ++j) sum[i] += w[i * N + j] * x[j];
+      } else {
+        const Eigen::Map<const Eigen::VectorXd> vector(x, n);
+        for (int i = 0; i < N; ++i) sum[i] += Eigen::Map<const Eigen::VectorXd>(w + i * n, n).dot(vector);
+      }
+    }
+    return ContactVector<N>(sum);
+  }
+
+  Array<Index> row_start_;
+  Array<Run> runs_;
+  Array<double> values_;
+  Array<Block> diagonal_;
+};
+
+static_assert(DelassusOperator<BlockSparseDelassus<3>>);
+
+}  // namespace jampack

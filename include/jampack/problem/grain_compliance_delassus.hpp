@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <jampack/core/error.hpp>
+#include <jampack/problem/delassus.hpp>
+#include <string>
+#include <utility>
+
+namespace jampack {
+
+/// One grain's part of W: the velocities of its contact points by reactions on its contact points.
+template <int N>
+struct GrainCompliance {
+  Array<Index> contact;        ///< contacts of this grain, each once
+  Array<double> sign;          ///< +1 where the grain is the candidate, -1 where it is the antagonist
+  Eigen::MatrixXd compliance;  ///< N contact.size() square, in the contacts' local axes, reaction taken as +r
+};
+
+/// W = sum over grains of S^T C S with one dense C a grain; a contact belongs to one grain (a wall is the
+/// other body) or to two. The signs are taken into C, and a sweep reads one long dot product a row and grain.
+template <int N>
+class GrainComplianceDelassus {
+ public:
+  static constexpr int n_unknowns = N;
+  using Block = Eigen::Matrix<double, N, N>;
+  /// Reactions gathered grain by grain, so that each row of C meets contiguous numbers.
+  struct Motion {
+    Eigen::VectorXd gathered;
+  };
+
+  /// Throws InvalidInput if a contact is out of range, has no grain or more than two, or sizes do not fit.
+  GrainComplianceDelassus(Index n_contacts, Array<GrainCompliance<N>> grains)
+      : places_(n_contacts), diagonal_(n_contacts, Block::Zero()) {
+    for (Index g = 0; g < grains.size(); ++g) {
+      GrainCompliance<N>& grain = grains[g];
+      const Index size = grain.contact.size(), width = N * size;
+      require(grain.sign.size() == size && grain.compliance.rows() == width &&
+                  grain.compliance.cols() == width && grain.compliance.allFinite(),
+              "grain compliance " + std::to_string(g) + ": sizes do not fit or a value is not finite");
+      const Index start = values_.size();
+      values_.resize(start + width * width);
+      for (Index i = 0; i < width; ++i)
+        for (Index j = 0; j < width; ++j)
+          values_[start + i * width + j] = grain.sign[i / N] * grain.sign[j / N] * grain.compliance(i, j);
+      for (Index i = 0; i < size; ++i) {
+        const Index c = grain.contact[i];
+        require(
+            c >= 0 && c < n_contacts && places_[c].count < 2,
+            "grain compliance " + std::to_string(g) + ": contact out of range or on more than two grains");
+        Place& place = places_[c];
+        place.part[place.count++] = {start + N * i * width, n_gathered_, width, n_gathered_ + N * i};
+        diagonal_[c] += grain.sign[i] * grain.sign[i] * grain.compliance.template block<N, N>(N * i, N * i);
+      }
+      n_gathered_ += width;
+    }
+    for (Index c = 0; c < n_contacts; ++c)
+      require(places_[c].count > 0, "grain compliances: contact " + std::to_string(c) + " is on no grain");
+  }
+
+  Index n_contacts() const { return places_.size(); }
+  Index n_stored() const { return values_.size(); }  ///< stored scalars
+  const Block& diagonal_block(Index c) const { return diagonal_[c]; }
+
+  Motion motion(const Eigen::VectorXd& r) const {
+    Motion motion{Eigen::VectorXd::Zero(n_gathered_)};
+    for (Index c = 0; c < n_contacts(); ++c) change(motion, c, r.template segment<N>(N * c));
+    return motion;
+  }
+
+  ContactVector<N> velocity(const Motion& motion, const Eigen::VectorXd&, Index c) const {
+    ContactVector<N> u = ContactVector<N>::Zero();
+    const Place& place = places_[c];
+    for (int k = 0; k < place.count; ++k) {
+      const Part& part = place.part[k];
+      const Eigen::Map<const Eigen::VectorXd> x(motion.gathered.data() + part.gathered, part.width);
+      for (int i = 0; i < N; ++i)
+        u[i] +=
+            Eigen::Map<const Eigen::VectorXd>(values_.data() + part.row + i * part.width, part.width).dot(x);
+    }
+    return u;
+  }
+
+  void change(Motion& motion, Index c, const ContactVector<N>& dr) const {
+    const Place& place = places_[c];
+    for (int k = 0; k < place.count; ++k) motion.gathered.template segment<N>(place.part[k].own) += dr;
+  }
+
+  void apply(const Eigen::VectorXd& r, Eigen::VectorXd& u) const {
+    const Motion moved = motion(r);
+    u.resize(N * n_contacts());
+    for (Index c = 0; c < n_contacts(); ++c) u.template segment<N>(N * c) = velocity(moved, r, c);
+  }
+
+ private:
+  struct Part {
+    Index row;       // first value of the contact's N rows
+    Index gathered;  // the grain's gathered reactions
+    Index width;     // length of a row
+    Index own;       // the contact's own place among all gathered reactions
+  };
+  struct Place {
+    int count = 0;
+    Part part[2];
+  };
+  Array<Place> places_;
+  Array<double> values_;
+  Array<Block> diagonal_;
+  Index n_gathered_ = 0;
+};
+
+static_assert(DelassusOperator<GrainComplianceDelassus<3>>);
+
+}  // namespace jampack

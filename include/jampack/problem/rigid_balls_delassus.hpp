@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <jampack/core/error.hpp>
+#include <jampack/geometry/frame.hpp>
+#include <jampack/problem/delassus.hpp>
+#include <string>
+#include <utility>
+
+namespace jampack {
+
+/// Inertia of a ball as the Delassus operator needs it; zeros for a body that does not move.
+struct InverseInertia {
+  double mass;  ///< 1 / mass
+  double spin;  ///< 1 / moment of inertia about the centre (0 where rotation is not wanted)
+};
+
+/// A contact of a ball with a ball or a wall (signs and frame: geometry/frame.hpp).
+template <int Dim>
+struct BallContact {
+  Index candidate;       ///< ball
+  Index antagonist;      ///< ball, or -1: a wall
+  Frame<Dim> frame;      ///< rows n, t1, t2; n from antagonist to candidate
+  double candidate_arm;  ///< distance from the candidate's centre to the contact point (at centre - arm n)
+  double antagonist_arm = 0;  ///< the same for the antagonist (at centre + arm n)
+  double wall_rate =
+      0;  ///< a wall's velocity along n per unit of the box mode; 0: the wall's velocity is in q
+};
+
+/// Delassus operator of rigid balls, W = H M^-1 H^T, never formed: reactions act on the bodies' velocities
+/// and a contact reads two of them. W_cc is known in closed form and diagonal, since the lever arms of a ball
+/// lie along n (docs/theory/contact_solvers.md, eq. 8 and 9). N = Dim with friction, or 1 without.
+///
+/// The walls of a box may move together in one mode of speed s (stress-driven box): a wall contact then sees
+/// u_N = n . v - wall_rate s, and s has the inverse mass `mode_inverse_mass`.
+template <int Dim, int N>
+class RigidBallsDelassus {
+  static_assert(N == 1 || N == Dim, "a contact has 1 unknown (frictionless) or Dim");
+
+ public:
+  static constexpr int n_unknowns = N;
+
+  /// A ball's change of velocity and spin by the reactions, with its inverse inertia beside it (one cache
+  /// line in 3D). Frictionless contacts turn nothing and carry no spin.
+  struct BodyMotion {
+    Vector<Dim> velocity = Vector<Dim>::Zero();
+    Eigen::Matrix<double, N == 1 ? 0 : Spin<Dim>::RowsAtCompileTime, 1> spin;
+    double inverse_mass = 0, inverse_spin = 0;
+  };
+  struct Motion {
+    Array<BodyMotion> body;
+    double mode = 0;  ///< speed of the box mode
+  };
+
+  RigidBallsDelassus(Array<InverseInertia> bodies, Array<BallContact<Dim>> contacts,
+                     double mode_inverse_mass = 0)
+      : bodies_(std::move(bodies)), contacts_(std::move(contacts)), mode_inverse_mass_(mode_inverse_mass) {
+    const Index n = bodies_.size();
+    for (const auto& body : bodies_)
+      require(body.mass >= 0 && body.spin >= 0, "rigid balls: inverse mass and inverse inertia must be >= 0");
+    for (Index c = 0; c < contacts_.size(); ++c)
+      require(
+          contacts_[c].candidate >= 0 && contacts_[c].candidate < n && contacts_[c].antagonist >= -1 &&
+              contacts_[c].antagonist < n && contacts_[c].frame.allFinite(),
+          "rigid balls: contact " + std::to_string(c) + " names a ball that is not there or has no frame");
+  }
+
+  Index n_contacts() const { return contacts_.size(); }
+  const Array<InverseInertia>& bodies() const { return bodies_; }
+  const Array<BallContact<Dim>>& contacts() const { return contacts_; }
+
+  IsotropicBlock diagonal_block(Index c) const {
+    const BallContact<Dim>& contact = contacts_[c];
+    const InverseInertia& a = bodies_[contact.candidate];
+    IsotropicBlock block{a.mass, a.mass + a.spin * contact.candidate_arm * contact.candidate_arm};
+    if (contact.antagonist >= 0) {
+      const InverseInertia& b = bodies_[contact.antagonist];
+      block.normal += b.mass;
+      block.tangential += b.mass + b.spin * contact.antagonist_arm * contact.antagonist_arm;
+    } else {
+      block.normal += contact.wall_rate * contact.wall_rate * mode_inverse_mass_;
+    }
+    return block;
+  }
+
+  Motion motion(const Eigen::VectorXd& r) const {
+    Motion motion;
+    motion.body.resize(bodies_.size());
+    for (Index b = 0; b < bodies_.size(); ++b) {
+      motion.body[b].spin.setZero();
+      motion.body[b].inverse_mass = bodies_[b].mass;
+      motion.body[b].inverse_spin = bodies_[b].spin;
+    }
+    for (Index c = 0; c < n_contacts(); ++c) change(motion, c, r.template segment<N>(N * c));
+    return motion;
+  }
+
+  ContactVector<N> velocity(const Motion& motion, const Eigen::VectorXd&, Index c) const {
+    const BallContact<Dim>& contact = contacts_[c];
+    const BodyMotion& a = motion.body[contact.candidate];
+    ContactVector<N> u;
+    if (contact.antagonist >= 0) {
+      const BodyMotion& b = motion.body[contact.antagonist];
+      u = contact.frame.template topRows<N>() * (a.velocity - b.velocity);
+      if constexpr (N > 1)
+        add_spin(contact, contact.candidate_arm * a.spin + contact.antagonist_arm * b.spin, u);
+    } else {
+      u = contact.frame.template topRows<N>() * a.velocity;
+      if constexpr (N > 1) add_spin(contact, contact.candidate_arm * a.spin, u);
+      u[0] -= contact.wall_rate * motion.mode;
+    }
+    return u;
+  }
+
+  void change(Motion& motion, Index c, const ContactVector<N>& dr) const {
+    const BallContact<Dim>& contact = contacts_[c];
+    const Vector<Dim> force = contact.frame.template topRows<N>().transpose() * dr;
+    BodyMotion& a = motion.body[contact.candidate];
+    a.velocity += a.inverse_mass * force;
+    Spin<Dim> moment = Spin<Dim>::Zero();  // per arm, the same for both bodies: -n x r
+    if constexpr (N == 2) moment[0] = -dr[1];
+    if constexpr (N == 3)
+      moment = dr[2] * contact.frame.row(1).transpose() - dr[1] * contact.frame.row(2).transpose();
+    if constexpr (N > 1) a.spin += (a.inverse_spin * contact.candidate_arm) * moment;
+    if (contact.antagonist >= 0) {
+      BodyMotion& b = motion.body[contact.antagonist];
+      b.velocity -= b.inverse_mass * force;
+      if constexpr (N > 1) b.spin += (b.inverse_spin * contact.antagonist_arm) * moment;
+    } else {
+      motion.mode -= mode_inverse_mass_ * contact.wall_rate * dr[0];
+    }
+  }
+
+  void apply(const Eigen::VectorXd& r, Eigen::VectorXd& u) const {
+    const Motion moved = motion(r);
+    u.resize(N * n_contacts());
+    for (Index c = 0; c < n_contacts(); ++c) u.template segment<N>(N * c) = velocity(moved, r, c);
+  }
+
+ private:
+  // Velocity of the contact points by spin: omega x (-arm n), in the local frame.
+  static void add_spin(const BallContact<Dim>& contact, const Spin<Dim>& arm_times_spin,
+                       ContactVector<N>& u) {
+    if constexpr (N == 2) u[1] -= arm_times_spin[0];
+    if constexpr (N == 3) {
+      u[1] -= contact.frame.row(2).dot(arm_times_spin);
+      u[2] += contact.frame.row(1).dot(arm_times_spin);
+    }
+  }
+
+  Array<InverseInertia> bodies_;
+  Array<BallContact<Dim>> contacts_;
+  double mode_inverse_mass_ = 0;
+};
+
+static_assert(DelassusOperator<RigidBallsDelassus<3, 3>> && DelassusOperator<RigidBallsDelassus<2, 1>>);
+
+}  // namespace jampack
