@@ -1,10 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
+// Boost's own headers include ones that Boost has deprecated, and say so at every compilation.
+#ifndef BOOST_ALLOW_DEPRECATED_HEADERS
+#define BOOST_ALLOW_DEPRECATED_HEADERS
+#define JAMPACK_BOOST_QUIETENED
+#endif
 #include <boost/geometry/geometries/box.hpp>
 #include <boost/geometry/geometries/point.hpp>
 #include <boost/geometry/index/rtree.hpp>
+#ifdef JAMPACK_BOOST_QUIETENED
+#undef BOOST_ALLOW_DEPRECATED_HEADERS
+#undef JAMPACK_BOOST_QUIETENED
+#endif
+
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <string>

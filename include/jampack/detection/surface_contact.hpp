@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <tuple>
+
+#include <jampack/detection/grain_surface.hpp>
+#include <jampack/geometry/container.hpp>
+#include <jampack/law/friction_cone.hpp>
+
+namespace jampack {
+
+/// A surface sample of a candidate grain against the surface of an antagonist grain or against a wall: the
+/// contact of docs/theory/deformable_stage.md, section 2. Its row of H is sum_i w_i v_i (candidate) minus
+/// sum_j N_j(xi) v_j (antagonist), along `normal` and across it.
+template <int Dim>
+struct SurfaceContact {
+  Index candidate = 0;   ///< grain
+  Index sample = 0;      ///< of the candidate's boundary
+  Index antagonist = 0;  ///< grain, or -1 - wall
+  Index face = -1;       ///< of the antagonist's boundary
+  Index n_nodes = 0;     ///< of that face; 0 at a wall
+  std::array<Index, max_face_nodes<Dim>> node{};
+  Eigen::Matrix<double, max_face_nodes<Dim>, 1> weight;
+  Vector<Dim> normal;  ///< from antagonist to candidate
+  double gap = 0;
+
+  bool is_wall() const { return antagonist < 0; }
+  Index wall() const { return -1 - antagonist; }
+  auto key() const { return std::tuple(candidate, sample, antagonist); }
+
+  /// Writes the projection into face, weights, normal and gap.
+  void set(const Boundary<Dim>& boundary, const typename GrainSurface<Dim>::Projection& p) {
+    const auto& f = boundary.faces[p.face];
+    face = p.face;
+    n_nodes = f.n_nodes;
+    node = f.node;
+    weight = face_shape<Dim>(f.n_nodes, p.xi).value;
+    normal = p.normal;
+    gap = p.gap;
+  }
+
+  template <class Nodal>
+  Vector<Dim> antagonist_point(const Nodal& x) const {
+    Vector<Dim> sum = Vector<Dim>::Zero();
+    for (Index i = 0; i < n_nodes; ++i) sum += weight[i] * x.col(node[std::size_t(i)]);
+    return sum;
+  }
+};
+
+/// Contacts that carry N unknowns each, sorted by key(). A reaction with one unknown is the normal force;
+/// with Dim unknowns it is the force on the candidate in global axes, so that it stays meaningful while the
+/// normal turns.
+template <int Dim, int N>
+struct SurfaceContacts {
+  Array<SurfaceContact<Dim>> contact;
+  Array<ContactVector<N>> reaction;  ///< force
+
+  Index size() const { return contact.size(); }
+
+  Vector<Dim> force(Index c) const { return force(c, reaction[c]); }
+  Vector<Dim> force(Index c, const ContactVector<N>& r) const {
+    if constexpr (N == 1)
+      return r[0] * contact[c].normal;
+    else
+      return r;
+  }
+};
+
+}  // namespace jampack

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <map>
+#include <utility>
+
+#include <jampack/core/error.hpp>
+#include <jampack/geometry/face_shape.hpp>
+#include <jampack/mesh/mesh.hpp>
+
+namespace jampack {
+
+/// The closed boundary surface of a reference mesh: what all grains cut from that mesh share.
+///
+/// The surface is the piecewise linear or quadratic interpolation of the boundary faces; on a ball mesh
+/// with quadratic faces it follows the true sphere to third order in the edge length, and flattens with
+/// its nodes where the grain is pressed flat (docs/theory/deformable_stage.md, section 2).
+template <int Dim>
+struct Boundary {
+  /// A material point of the surface: weights on nodes of one face (a node alone has n = 1).
+  struct Sample {
+    Index face = 0;
+    FaceCoordinates<Dim> xi = FaceCoordinates<Dim>::Zero();
+    Index n = 0;
+    std::array<Index, max_face_nodes<Dim>> node{};
+    Eigen::Matrix<double, max_face_nodes<Dim>, 1> weight;
+  };
+
+  Array<BoundaryFace<Dim>> faces;
+  /// neighbour[f][k]: the face across the side on which the k-th of the coordinates (1 - sum xi, xi...)
+  /// vanishes.
+  Array<std::array<Index, Dim>> neighbour;
+  Array<Index> nodes;         ///< mesh indices of the boundary nodes
+  Array<Index> face_of_node;  ///< one incident face of each mesh node, -1 inside
+  Array<Sample> samples;      ///< where non-penetration is enforced: all nodes, then points inside faces
+  double edge_length = 0;     ///< mean distance of neighbouring surface nodes, unit diameter
+  double sample_area = 0;     ///< surface area (length in 2D) a sample, unit diameter
+};
+
+/// Points inside a face at which non-penetration is enforced: the centres of its linear sub-faces.
+template <int Dim>
+Array<FaceCoordinates<Dim>> interior_samples(Index n_nodes) {
+  using Xi = FaceCoordinates<Dim>;
+  if constexpr (Dim == 2) {
+    if (n_nodes == 2) return {Xi(0.5)};
+    return {Xi(0.25), Xi(0.75)};
+  } else {
+    constexpr double third = 1.0 / 3, sixth = 1.0 / 6;
+    if (n_nodes == 3) return {Xi(third, third)};
+    return {Xi(sixth, sixth), Xi(4 * sixth, sixth), Xi(sixth, 4 * sixth), Xi(third, third)};
+  }
+}
+
+namespace detail {
+
+/// The side of a face on which coordinate k vanishes, as the sorted corners it joins.
+template <int Dim>
+std::array<Index, Dim - 1> side_corners(const BoundaryFace<Dim>& face, int k) {
+  if constexpr (Dim == 2) {
+    return {face.node[k == 0 ? 1 : 0]};
+  } else {
+    const auto [low, high] = std::minmax(face.node[std::size_t((k + 1) % 3)], face.node[std::size_t((k + 2) % 3)]);
+    return {low, high};
+  }
+}
+
+template <int Dim>
+void link_neighbours(Boundary<Dim>& boundary) {
+  boundary.neighbour.resize(boundary.faces.size());
+  std::map<std::array<Index, Dim - 1>, std::pair<Index, std::size_t>> open;
+  for (Index f = 0; f < boundary.faces.size(); ++f)
+    for (std::size_t k = 0; k < Dim; ++k) {
+      const auto side = side_corners<Dim>(boundary.faces[f], int(k));
+      if (const auto other = open.find(side); other == open.end()) {
+        open.emplace(side, std::pair{f, k});
+      } else {
+        boundary.neighbour[f][k] = other->second.first;
+        boundary.neighbour[other->second.first][other->second.second] = f;
+        open.erase(other);
+      }
+    }
+  require(open.empty(), "mesh boundary: " + std::to_string(open.size()) +
+                            " sides belong to one face only; a grain needs a closed surface");
+}
+
+template <int Dim>
+void place_samples(Boundary<Dim>& boundary) {
+  using Sample = typename Boundary<Dim>::Sample;
+  for (const Index node : boundary.nodes) {
+    Sample sample;
+    sample.face = boundary.face_of_node[node];
+    require(sample.face >= 0, "mesh boundary: node " + std::to_string(node) + " is listed but belongs to no face");
+    const auto& face = boundary.faces[sample.face];
+    std::size_t local = 0;
+    while (face.node[local] != node) ++local;
+    sample.xi = face_node_coordinates<Dim>(Index(local));
+    sample.n = 1;
+    sample.node[0] = node;
+    sample.weight.setZero();
+    sample.weight[0] = 1;
+    boundary.samples.push_back(sample);
+  }
+  for (Index f = 0; f < boundary.faces.size(); ++f)
+    for (const auto& xi : interior_samples<Dim>(boundary.faces[f].n_nodes)) {
+      const auto& face = boundary.faces[f];
+      boundary.samples.push_back({f, xi, face.n_nodes, face.node, face_shape<Dim>(face.n_nodes, xi).value});
+    }
+}
+
+}  // namespace detail
+
+/// Builds the boundary surface of a mesh. Throws InvalidInput when its faces do not close.
+template <int Dim>
+Boundary<Dim> make_boundary(const Mesh<Dim>& mesh) {
+  Boundary<Dim> boundary;
+  boundary.faces = mesh.faces;
+  boundary.nodes = mesh.boundary_nodes;
+  boundary.face_of_node.assign(mesh.nodes.size(), -1);
+  double area = 0, edges = 0;
+  for (Index f = 0; f < mesh.faces.size(); ++f) {
+    const auto& face = mesh.faces[f];
+    for (Index i = 0; i < face.n_nodes; ++i) boundary.face_of_node[face.node[std::size_t(i)]] = f;
+    Eigen::Matrix<double, Dim, Dim - 1> tangent;
+    for (std::size_t k = 1; k < Dim; ++k)
+      tangent.col(Index(k) - 1) = mesh.nodes[face.node[k]] - mesh.nodes[face.node[0]];
+    area += face_normal<Dim>(tangent).norm() / (Dim == 2 ? 1 : 2);
+    const double edges_a_side = face.n_nodes == Dim ? 1 : 2;
+    edges += tangent.colwise().norm().mean() / edges_a_side;
+  }
+  detail::link_neighbours(boundary);
+  detail::place_samples(boundary);
+  boundary.edge_length = edges / double(mesh.faces.size());
+  boundary.sample_area = area / double(boundary.samples.size());
+  return boundary;
+}
+
+}  // namespace jampack
