@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <jampack/core/error.hpp>
 #include <jampack/problem/delassus.hpp>
+#include <jampack/problem/rows_times.hpp>
 #include <string>
 #include <utility>
 
@@ -116,21 +117,12 @@ class BlockSparseDelassus {
   }
 
   ContactVector<N> row_times(Index c, const double* r) const {
-    double sum[N] = {};
+    ContactVector<N> u = ContactVector<N>::Zero();
     for (Index k = row_start_[c]; k < row_start_[c + 1]; ++k) {
       const Run& run = runs_[k];
-      const double* const x = r + run.first;
-      const double* const w = values_.data() + run.start;
-      const Index n = run.length;
-      if (n == N) {
-        for (int i = 0; i < N; ++i)
-          for (int j = 0; j < N; ++j) sum[i] += w[i * N + j] * x[j];
-      } else {
-        const Eigen::Map<const Eigen::VectorXd> vector(x, n);
-        for (int i = 0; i < N; ++i) sum[i] += Eigen::Map<const Eigen::VectorXd>(w + i * n, n).dot(vector);
-      }
+      add_rows_times<N>(values_.data() + run.start, run.length, r + run.first, u);
     }
-    return ContactVector<N>(sum);
+    return u;
   }
 
   Array<Index> row_start_;

@@ -3,6 +3,7 @@
 
 #include <jampack/core/error.hpp>
 #include <jampack/problem/delassus.hpp>
+#include <jampack/problem/rows_times.hpp>
 #include <string>
 #include <utility>
 
@@ -72,10 +73,7 @@ class GrainComplianceDelassus {
     const Place& place = places_[c];
     for (int k = 0; k < place.count; ++k) {
       const Part& part = place.part[k];
-      const Eigen::Map<const Eigen::VectorXd> x(motion.gathered.data() + part.gathered, part.width);
-      for (int i = 0; i < N; ++i)
-        u[i] +=
-            Eigen::Map<const Eigen::VectorXd>(values_.data() + part.row + i * part.width, part.width).dot(x);
+      add_rows_times<N>(values_.data() + part.row, part.width, motion.gathered.data() + part.gathered, u);
     }
     return u;
   }
