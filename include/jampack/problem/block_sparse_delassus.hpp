@@ -55,7 +55,7 @@ class BlockSparseDelassus {
   }
 
   Index n_contacts() const { return diagonal_.size(); }
-  Index n_stored() const { return values_.size(); }  ///< stored scalars of W
+  Index n_stored() const { return n_stored_; }  ///< scalars of W that are stored
   const Block& diagonal_block(Index c) const { return diagonal_[c]; }
 
   void apply(const Eigen::VectorXd& r, Eigen::VectorXd& u) const {
@@ -85,13 +85,14 @@ class BlockSparseDelassus {
       for (Index d = 0; d < run.length / N; ++d) {
         Block block;
         for (int i = 0; i < N; ++i)
-          for (int j = 0; j < N; ++j) block(i, j) = values_[run.start + i * run.length + d * N + j];
+          for (int j = 0; j < N; ++j) block(i, j) = values_[run.start + place(run.length, i, d * N + j)];
         visit(run.first / N + d, block);
       }
     }
   }
 
  private:
+  static constexpr Index long_run = N == 1 ? 0 : 32;  // scalar columns; measured, docs/results/solvers.md
   struct Run {
     Index start;          // of its values
     std::int32_t first;   // scalar column
@@ -105,30 +106,42 @@ class BlockSparseDelassus {
     for (++k; k < blocks.size() && blocks[k].row == row && blocks[k].column <= last + 1; ++k)
       last = blocks[k].column;
     const Index first = blocks[begin].column, length = N * (last - first + 1), start = values_.size();
-    values_.resize(start + N * length, 0.0);
+    values_.resize(start + (length < long_run ? column_height<N> : N) * length, 0.0);
     for (Index b = begin; b < k; ++b) {
-      const Index offset = start + N * (blocks[b].column - first);
+      const Index column = N * (blocks[b].column - first);
       for (int i = 0; i < N; ++i)
-        for (int j = 0; j < N; ++j) values_[offset + i * length + j] += blocks[b].value(i, j);
+        for (int j = 0; j < N; ++j) values_[start + place(length, i, column + j)] += blocks[b].value(i, j);
       if (blocks[b].column == row) diagonal_[row] += blocks[b].value;
     }
+    n_stored_ += N * length;
     runs_.push_back({start, static_cast<std::int32_t>(N * first), static_cast<std::int32_t>(length)});
     return k;
   }
 
   ContactVector<N> row_times(Index c, const double* r) const {
     ContactVector<N> u = ContactVector<N>::Zero();
+    ColumnSums<N> short_runs;
     for (Index k = row_start_[c]; k < row_start_[c + 1]; ++k) {
       const Run& run = runs_[k];
-      add_rows_times<N>(values_.data() + run.start, run.length, r + run.first, u);
+      if (run.length < long_run)
+        short_runs.add(values_.data() + run.start, run.length, r + run.first);
+      else
+        add_rows_times<N>(values_.data() + run.start, run.length, r + run.first, u);
     }
+    short_runs.add_to(u);
     return u;
+  }
+
+  // Place of a block's value in its run; short runs lie column by column, long ones row by row.
+  static Index place(Index length, Index i, Index j) {
+    return length < long_run ? j * column_height<N> + i : i * length + j;
   }
 
   Array<Index> row_start_;
   Array<Run> runs_;
   Array<double> values_;
   Array<Block> diagonal_;
+  Index n_stored_ = 0;
 };
 
 static_assert(DelassusOperator<BlockSparseDelassus<3>>);
