@@ -3,4 +3,6 @@
 
 double volume_seen_by_the_other_unit();
 
-int main() { return jampack::ball_volume<3>(1) == volume_seen_by_the_other_unit() ? 0 : 1; }
+int main() {
+  return jampack::ball_volume<3>(1) == volume_seen_by_the_other_unit() ? 0 : 1;
+}
