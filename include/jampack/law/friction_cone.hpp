@@ -20,8 +20,9 @@ ContactVector<N> project_on_friction_cone(const ContactVector<N>& z, double fric
   } else {
     const double normal = z[0];
     const double tangential = z.template tail<N - 1>().norm();
-    if (tangential <= friction * normal) return z;
+    // The polar cone first: at friction 0 a pull along -n satisfies both conditions.
     if (friction * tangential <= -normal) return ContactVector<N>::Zero();
+    if (tangential <= friction * normal) return z;
     const double projected = (friction * tangential + normal) / (1 + friction * friction);
     r[0] = projected;
     r.template tail<N - 1>() = (friction * projected / tangential) * z.template tail<N - 1>();

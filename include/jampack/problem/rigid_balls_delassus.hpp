@@ -44,7 +44,8 @@ class RigidBallsDelassus {
   /// line in 3D). Frictionless contacts turn nothing and carry no spin.
   struct BodyMotion {
     Vector<Dim> velocity = Vector<Dim>::Zero();
-    Eigen::Matrix<double, N == 1 ? 0 : Spin<Dim>::RowsAtCompileTime, 1> spin;
+    using SpinIfAny = Eigen::Matrix<double, N == 1 ? 0 : Spin<Dim>::RowsAtCompileTime, 1>;
+    SpinIfAny spin = SpinIfAny::Zero();
     double inverse_mass = 0, inverse_spin = 0;
   };
   struct Motion {
@@ -87,7 +88,6 @@ class RigidBallsDelassus {
     Motion motion;
     motion.body.resize(bodies_.size());
     for (Index b = 0; b < bodies_.size(); ++b) {
-      motion.body[b].spin.setZero();
       motion.body[b].inverse_mass = bodies_[b].mass;
       motion.body[b].inverse_spin = bodies_[b].spin;
     }
