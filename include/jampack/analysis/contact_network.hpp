@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <jampack/core/array.hpp>
+#include <jampack/core/dimension.hpp>
+#include <jampack/core/error.hpp>
+#include <string>
+
+namespace jampack {
+
+/// One contact between two grains, or between a grain and a wall. However many points two grains touch in,
+/// they have one contact, and its force is the vector sum (see merge_contact_points).
+template <int Dim>
+struct ContactForce {
+  Index candidate = -1;                      ///< grain the force acts on
+  Index antagonist = -1;                     ///< the other grain, or -1 at a wall
+  Index wall = -1;                           ///< wall, or -1 between grains
+  Vector<Dim> force = Vector<Dim>::Zero();   ///< on the candidate
+  Vector<Dim> branch = Vector<Dim>::Zero();  ///< to the candidate's centre, from the antagonist's or, at a
+                                             ///< wall, from the contact point
+
+  bool at_wall() const { return antagonist < 0; }
+};
+
+/// All that the micromechanical observers need of a packing, whatever its grains and contacts are made of.
+template <int Dim>
+requires SupportedDimension<Dim>
+struct ContactNetwork {
+  Array<double> diameters = {};            ///< of the undeformed grains, > 0
+  Array<ContactForce<Dim>> contacts = {};  ///< each contact once, in any order
+  double volume = 0;                       ///< of the box or periodic cell (area in 2D), > 0
+
+  Index n_grains() const { return diameters.size(); }
+};
+
+/// Throws InvalidInput when the network cannot be one: no grain, no volume, a contact with no grain, with
+/// both a grain and a wall opposite, or with a number that is not finite.
+template <int Dim>
+void require_valid(const ContactNetwork<Dim>& network) {
+  require(network.n_grains() > 0, "contact network: there is no grain");
+  require(network.volume > 0 && std::isfinite(network.volume),
+          "contact network: the volume must be positive and finite");
+  for (const double d : network.diameters)
+    require(d > 0 && std::isfinite(d), "contact network: diameters must be positive and finite");
+  for (Index c = 0; c < network.contacts.size(); ++c) {
+    const auto& contact = network.contacts[c];
+    const bool one_opposite = (contact.antagonist < 0) != (contact.wall < 0);
+    if (contact.candidate < 0 || contact.candidate >= network.n_grains() ||
+        contact.antagonist >= network.n_grains() || !one_opposite || !contact.force.allFinite() ||
+        !contact.branch.allFinite())
+      throw InvalidInput("contact network: contact " + std::to_string(c) +
+                         " must join a grain to one grain or one wall, with a finite force and branch");
+  }
+}
+
+/// <d>.
+template <int Dim>
+double mean_diameter(const ContactNetwork<Dim>& network) {
+  double sum = 0;
+  for (const double d : network.diameters) sum += d;
+  return sum / static_cast<double>(network.n_grains());
+}
+
+}  // namespace jampack
