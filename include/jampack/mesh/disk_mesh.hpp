@@ -6,6 +6,7 @@
 #include <cmath>
 #include <jampack/mesh/boundary.hpp>
 #include <jampack/mesh/mesh.hpp>
+#include <jampack/mesh/quality.hpp>
 #include <jampack/mesh/refinement.hpp>
 #include <numbers>
 
@@ -25,20 +26,6 @@ struct DiskMeshShape {
     return n;
   }
 };
-
-/// The shape whose number of linear cells is nearest to the wanted one, from 36 cells on.
-inline DiskMeshShape disk_mesh_shape(Index wanted_cells) {
-  require(wanted_cells >= 36, "disk_mesh: at least 36 cells are needed");
-  Index n_refinements = 0;
-  double n_macros = static_cast<double>(wanted_cells) / 4;
-  while (n_macros > 64) {
-    n_macros /= 4;
-    ++n_refinements;
-  }
-  const Index n = std::lround(n_macros);
-  const Index n_inner = std::max<Index>(3, std::lround(static_cast<double>(n) / 4.5));
-  return {n_inner, n - 2 * n_inner, n_refinements, 0.5};
-}
 
 /// Disk of unit diameter, centred at 0, cells finer towards the circle. All boundary nodes, corners and mid
 /// nodes, lie on the circle: the mesh is inscribed.
@@ -73,8 +60,8 @@ inline Mesh<2> disk_mesh(const DiskMeshShape& shape) {
     else
       mesh.cells.push_back({a, b, inner + ++i % shape.n_inner});
   }
+  // Mid nodes average radius and direction, so that they lie on circles.
   const auto middle = [&](Index a, Index b) {
-    // Within the fan radii grow with the distance from the centre alone, elsewhere nodes lie on circles.
     return add((radius[a] + radius[b]) / 2, (direction[a] + direction[b]).normalized());
   };
   for (Index k = 0; k <= shape.n_refinements; ++k) {
@@ -83,6 +70,34 @@ inline Mesh<2> disk_mesh(const DiskMeshShape& shape) {
   }
   find_boundary(mesh);
   return mesh;
+}
+
+/// The best-shaped mesh within 4 % of the wanted number of linear cells, from 64 cells on; two to three times
+/// as many macros on the circle as on the rim of the fan, 16 to 64 macros before refinement.
+inline DiskMeshShape disk_mesh_shape(Index wanted_cells) {
+  require(wanted_cells >= 64, "disk_mesh: at least 64 cells are needed");
+  Index n_refinements = 0;
+  double n_macros = static_cast<double>(wanted_cells) / 4;
+  while (n_macros > 64) {
+    n_macros /= 4;
+    ++n_refinements;
+  }
+  DiskMeshShape best{};
+  double best_ratio = 0;
+  const Index nearest = std::lround(n_macros);
+  const Index from = std::min(nearest, static_cast<Index>(std::ceil(0.96 * n_macros)));
+  const Index to = std::max(nearest, static_cast<Index>(std::floor(1.04 * n_macros)));
+  for (Index n = from; n <= to; ++n)
+    for (Index n_inner = (n + 4) / 5; n_inner <= n / 4; ++n_inner)
+      for (int i = 0; i < 10; ++i) {
+        const DiskMeshShape shape{n_inner, n - 2 * n_inner, 0, 0.3 + 0.05 * i};
+        const MeshQuality quality = mesh_quality(disk_mesh(shape));
+        if (quality.min_scaled_jacobian < 0.2 || quality.min_radius_ratio <= best_ratio) continue;
+        best_ratio = quality.min_radius_ratio;
+        best = shape;
+      }
+  best.n_refinements = n_refinements;
+  return best;
 }
 
 /// Disk of unit diameter with about the wanted number of linear cells.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <jampack/mesh/mesh.hpp>
 #include <limits>
+#include <utility>
 
 namespace jampack {
 
@@ -52,26 +53,33 @@ double macro_jacobian(const Nodes& nodes, const std::array<Index, Mesh<Dim>::n_m
   return jacobian.determinant();
 }
 
+/// Smallest and largest Jacobian determinant of a macro at its corners and mid nodes.
+template <int Dim, class Nodes>
+std::pair<double, double> macro_jacobian_range(const Nodes& nodes,
+                                               const std::array<Index, Mesh<Dim>::n_macro_nodes>& macro) {
+  using Barycentric = Eigen::Matrix<double, Dim + 1, 1>;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  std::pair<double, double> range{infinity, -infinity};
+  const auto visit = [&](const Barycentric& lambda) {
+    const double jacobian = macro_jacobian<Dim>(nodes, macro, lambda);
+    range = {std::min(range.first, jacobian), std::max(range.second, jacobian)};
+  };
+  for (int i = 0; i <= Dim; ++i) visit(Barycentric::Unit(i));
+  for (const auto& [a, b] : macro_edges<Dim>) visit(0.5 * (Barycentric::Unit(a) + Barycentric::Unit(b)));
+  return range;
+}
+
 /// Quality of a mesh; the macro figure is 1 where there are no macros.
 template <int Dim>
 MeshQuality mesh_quality(const Mesh<Dim>& mesh) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  MeshQuality quality{infinity, 0, 1};
+  MeshQuality quality{std::numeric_limits<double>::infinity(), 0, 1};
   for (const auto& cell : mesh.cells) {
     const double ratio = radius_ratio<Dim>(mesh.nodes, cell);
     quality.min_radius_ratio = std::min(quality.min_radius_ratio, ratio);
     quality.mean_radius_ratio += ratio / static_cast<double>(mesh.cells.size());
   }
   for (const auto& macro : mesh.macros) {
-    double smallest = infinity, largest = 0;
-    const auto visit = [&](const Eigen::Matrix<double, Dim + 1, 1>& lambda) {
-      const double jacobian = macro_jacobian<Dim>(mesh.nodes, macro, lambda);
-      smallest = std::min(smallest, jacobian);
-      largest = std::max(largest, std::abs(jacobian));
-    };
-    using Barycentric = Eigen::Matrix<double, Dim + 1, 1>;
-    for (int i = 0; i <= Dim; ++i) visit(Barycentric::Unit(i));
-    for (const auto& [a, b] : macro_edges<Dim>) visit(0.5 * (Barycentric::Unit(a) + Barycentric::Unit(b)));
+    const auto [smallest, largest] = macro_jacobian_range<Dim>(mesh.nodes, macro);
     quality.min_scaled_jacobian = std::min(quality.min_scaled_jacobian, smallest / largest);
   }
   return quality;
