@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
+#ifdef INCLUDE_EVERYTHING  // what is installed is complete; elsewhere one header shows that it is found
 #include <jampack/jampack.hpp>
+#else
+#include <jampack/geometry/frame.hpp>
+#endif
 
 int main() {
   const jampack::Frame<3> frame = jampack::contact_frame<3>(jampack::Vector<3>::UnitZ());
