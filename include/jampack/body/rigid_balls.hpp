@@ -2,17 +2,16 @@
 #pragma once
 
 #include <cmath>
-#include <string>
-#include <utility>
-
 #include <jampack/core/error.hpp>
 #include <jampack/geometry/ball.hpp>
+#include <string>
+#include <utility>
 
 namespace jampack {
 
 /// Rigid balls in motion: Dim velocities and a spin each.
 template <int Dim>
-  requires SupportedDimension<Dim>
+requires SupportedDimension<Dim>
 struct RigidBalls {
   Balls<Dim> balls;
   Array<double> mass;           ///< m > 0

@@ -8,9 +8,9 @@ namespace jampack {
 /// The plane walls of a container as one rigid body with one degree of freedom, the container's scale. Wall w
 /// moves away from the centre at distance[w] * scale_rate.
 ///
-/// Driven by velocity: `inverse_mass` is 0 and `scale_rate` (1 / time) is what the caller sets, 0 for walls at
-/// rest. Driven by stress: the rate is an unknown of the contact problem, one more body of mass
-/// 1 / `inverse_mass` (mass * length^2) pushed by the generalised `force` (docs/theory/rigid_stage.md, eq. 5).
+/// Driven by velocity: `inverse_mass` is 0 and `scale_rate` (1 / time) is what the caller sets, 0 for walls
+/// at rest. Driven by stress: the rate is an unknown of the contact problem, one more body of mass 1 /
+/// `inverse_mass` (mass * length^2) pushed by the generalised `force` (docs/theory/rigid_stage.md, eq. 5).
 template <int Dim>
 struct RigidWalls {
   Container<Dim> room;
@@ -29,8 +29,8 @@ double volume_rate(const Container<Dim>& room) {
   return Dim * room.volume() / room.scale;
 }
 
-/// Lets a stress sigma >= 0 (force / length^(Dim - 1), compression) drive the walls. The closing mode gets the
-/// inertia of `mass` sitting at the mean distance of the walls.
+/// Lets a stress sigma >= 0 (force / length^(Dim - 1), compression) drive the walls. The closing mode gets
+/// the inertia of `mass` sitting at the mean distance of the walls.
 template <int Dim>
 void drive_by_stress(RigidWalls<Dim>& walls, double stress, double mass) {
   double mean_distance = 0.0;

@@ -2,28 +2,28 @@
 #pragma once
 
 #include <cmath>
-#include <string>
-
 #include <jampack/core/error.hpp>
 #include <jampack/detection/broad_phase.hpp>
 #include <jampack/geometry/container.hpp>
+#include <string>
 
 namespace jampack {
 
 /// A ball and what it touches or may touch soon: another ball of lower index, or a wall.
 template <int Dim>
 struct BallGap {
-  Index candidate = 0;    ///< ball
-  Index antagonist = -1;  ///< ball, or -1 at a wall
-  Index wall = -1;        ///< wall, or -1 between balls
-  double gap = 0.0;       ///< between the surfaces, negative when they overlap; length
+  Index candidate = 0;                        ///< ball
+  Index antagonist = -1;                      ///< ball, or -1 at a wall
+  Index wall = -1;                            ///< wall, or -1 between balls
+  double gap = 0.0;                           ///< between the surfaces, negative when they overlap; length
   Vector<Dim> normal = Vector<Dim>::UnitX();  ///< unit, from the antagonist or wall to the candidate
 
   bool at_wall() const { return antagonist < 0; }
 };
 
 /// Narrow phase: every gap of at most `reach` (length) replaces what `gaps` held. Ball pairs come first, then
-/// walls, each in ascending order. Throws NotConverged when two centres coincide, for then there is no normal.
+/// walls, each in ascending order. Throws NotConverged when two centres coincide, for then there is no
+/// normal.
 template <int Dim, BroadPhase<Dim> Broad>
 void find_gaps(Broad& broad_phase, const Balls<Dim>& balls, const Container<Dim>& room, double reach,
                Array<BallGap<Dim>>& gaps) {

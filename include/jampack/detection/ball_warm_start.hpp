@@ -2,9 +2,8 @@
 #pragma once
 
 #include <algorithm>
-#include <tuple>
-
 #include <jampack/detection/ball_gaps.hpp>
+#include <tuple>
 
 namespace jampack {
 
@@ -31,8 +30,9 @@ class BallWarmStart {
 
   /// The force this pair carried, zero when it carried none or was not in contact.
   Vector<Dim> force(const BallGap<Dim>& contact) const {
-    const auto found = std::lower_bound(remembered_.begin(), remembered_.end(), key(contact),
-                                        [](const auto& entry, const Key& k) { return key(entry.contact) < k; });
+    const auto found =
+        std::lower_bound(remembered_.begin(), remembered_.end(), key(contact),
+                         [](const auto& entry, const Key& k) { return key(entry.contact) < k; });
     if (found == remembered_.end() || key(found->contact) != key(contact)) return Vector<Dim>::Zero();
     return found->force;
   }

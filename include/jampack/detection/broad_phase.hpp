@@ -2,7 +2,6 @@
 #pragma once
 
 #include <concepts>
-
 #include <jampack/core/array.hpp>
 #include <jampack/geometry/ball.hpp>
 

@@ -15,7 +15,8 @@ class BruteForce {
     for (Index i = 0; i < balls.size(); ++i)
       for (Index j = i + 1; j < balls.size(); ++j) {
         const double distance = 0.5 * (balls.diameter[i] + balls.diameter[j]) + reach;
-        if ((balls.position[i] - balls.position[j]).squaredNorm() <= distance * distance) pairs_.push_back({i, j});
+        if ((balls.position[i] - balls.position[j]).squaredNorm() <= distance * distance)
+          pairs_.push_back({i, j});
       }
     return pairs_;
   }

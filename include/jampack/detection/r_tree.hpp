@@ -17,12 +17,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <jampack/core/error.hpp>
+#include <jampack/detection/broad_phase.hpp>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <jampack/core/error.hpp>
-#include <jampack/detection/broad_phase.hpp>
 
 namespace jampack {
 
@@ -77,7 +76,8 @@ class RTree {
       for (const auto& [other_box, j] : found) {
         if (j <= i) continue;
         const double distance = 0.5 * (balls.diameter[i] + balls.diameter[j]) + listed_to_;
-        if ((balls.position[i] - balls.position[j]).squaredNorm() <= distance * distance) pairs_.push_back({i, j});
+        if ((balls.position[i] - balls.position[j]).squaredNorm() <= distance * distance)
+          pairs_.push_back({i, j});
       }
     }
     // The order the tree answers in depends on its shape; results must not.

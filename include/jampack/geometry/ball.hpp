@@ -2,18 +2,17 @@
 #pragma once
 
 #include <cmath>
-#include <string>
-
 #include <jampack/core/array.hpp>
 #include <jampack/core/dimension.hpp>
 #include <jampack/core/error.hpp>
 #include <jampack/geometry/orientation.hpp>
+#include <string>
 
 namespace jampack {
 
 /// Balls (disks in 2D): where they are and how they are turned; nothing of mass or motion.
 template <int Dim>
-  requires SupportedDimension<Dim>
+requires SupportedDimension<Dim>
 struct Balls {
   Array<double> diameter;               ///< > 0, length
   Array<Vector<Dim>> position;          ///< centres, length
@@ -55,7 +54,8 @@ void require_usable(const Balls<Dim>& balls) {
     require(std::isfinite(balls.diameter[i]) && balls.diameter[i] > 0,
             "balls: the diameter of ball " + std::to_string(i) + " must be positive and finite, got " +
                 std::to_string(balls.diameter[i]));
-    require(balls.position[i].allFinite(), "balls: the position of ball " + std::to_string(i) + " is not finite");
+    require(balls.position[i].allFinite(),
+            "balls: the position of ball " + std::to_string(i) + " is not finite");
   }
 }
 

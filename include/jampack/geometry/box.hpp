@@ -1,19 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string>
-
 #include <jampack/core/array.hpp>
 #include <jampack/core/dimension.hpp>
 #include <jampack/core/error.hpp>
 #include <jampack/geometry/half_space.hpp>
+#include <string>
 
 namespace jampack {
 
 /// A rectangular cell of 2 * Dim plane walls. Wall w is normal to axis w / 2; w % 2 is 0 for the lower side
 /// and 1 for the upper.
 template <int Dim>
-  requires SupportedDimension<Dim>
+requires SupportedDimension<Dim>
 struct Box {
   Vector<Dim> lower = Vector<Dim>::Zero();  ///< length
   Vector<Dim> upper = Vector<Dim>::Ones();  ///< length, above `lower` on every axis
@@ -46,7 +45,8 @@ Box<Dim> centred_cube(double edge) {
 template <int Dim>
 void require_usable(const Box<Dim>& box) {
   require(box.lower.allFinite() && box.upper.allFinite(), "box: its corners must be finite");
-  require((box.lengths().array() > 0).all(), "box: the upper corner must lie above the lower one on every axis");
+  require((box.lengths().array() > 0).all(),
+          "box: the upper corner must lie above the lower one on every axis");
 }
 
 }  // namespace jampack

@@ -3,9 +3,8 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <type_traits>
-
 #include <jampack/core/dimension.hpp>
+#include <type_traits>
 
 namespace jampack {
 

@@ -3,11 +3,10 @@
 
 #include <cmath>
 #include <cstdint>
-#include <numbers>
-#include <random>
-
 #include <jampack/core/dimension.hpp>
 #include <jampack/geometry/orientation.hpp>
+#include <numbers>
+#include <random>
 
 namespace jampack {
 
@@ -23,7 +22,8 @@ class RandomSource {
   /// Uniform in [lower, upper).
   double uniform(double lower, double upper) { return lower + (upper - lower) * unit(); }
 
-  /// A rotation uniform over all rotations (K. Shoemake, "Uniform random rotations", Graphics Gems III, 1992).
+  /// A rotation uniform over all rotations (K. Shoemake, "Uniform random rotations", Graphics Gems III,
+  /// 1992).
   template <int Dim>
   Orientation<Dim> orientation() {
     constexpr double turn = 2.0 * std::numbers::pi;
@@ -35,7 +35,8 @@ class RandomSource {
       const double b = uniform(0.0, turn);
       const double short_side = std::sqrt(1.0 - split);
       const double long_side = std::sqrt(split);
-      return {long_side * std::cos(b), short_side * std::sin(a), short_side * std::cos(a), long_side * std::sin(b)};
+      return {long_side * std::cos(b), short_side * std::sin(a), short_side * std::cos(a),
+              long_side * std::sin(b)};
     }
   }
 

@@ -5,12 +5,11 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <string>
-
 #include <jampack/core/error.hpp>
 #include <jampack/geometry/ball.hpp>
 #include <jampack/geometry/box.hpp>
 #include <jampack/packing/random.hpp>
+#include <string>
 
 namespace jampack {
 
@@ -67,15 +66,15 @@ bool place_one_by_one(Balls<Dim>& balls, const Box<Dim>& box, RandomSource& rand
 /// that any number of grains finds its box. Same seed, same packing, on every platform.
 /// Throws InvalidInput for options outside their ranges.
 template <int Dim>
-  requires SupportedDimension<Dim>
-Packing<Dim> random_packing(const RandomPackingOptions& options) {
-  require(options.n_grains >= 1, "random packing: the number of grains must be at least 1, got " +
-                                     std::to_string(options.n_grains));
+requires SupportedDimension<Dim> Packing<Dim> random_packing(const RandomPackingOptions& options) {
+  require(options.n_grains >= 1,
+          "random packing: the number of grains must be at least 1, got " + std::to_string(options.n_grains));
   require(std::isfinite(options.mean_diameter) && options.mean_diameter > 0,
           "random packing: the mean diameter must be positive and finite, got " +
               std::to_string(options.mean_diameter));
-  require(options.polydispersity >= 0 && options.polydispersity < 1,
-          "random packing: the polydispersity must be in [0, 1), got " + std::to_string(options.polydispersity));
+  require(
+      options.polydispersity >= 0 && options.polydispersity < 1,
+      "random packing: the polydispersity must be in [0, 1), got " + std::to_string(options.polydispersity));
   require(options.packing_fraction >= 0 && options.packing_fraction < 1,
           "random packing: the packing fraction must be in (0, 1), or 0 for the default, got " +
               std::to_string(options.packing_fraction));
