@@ -9,6 +9,7 @@
 #include <jampack/law/signorini_coulomb.hpp>
 #include <jampack/problem/block_sparse_delassus.hpp>
 #include <jampack/problem/contact_problem.hpp>
+#include <jampack/problem/stored_blocks.hpp>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -35,39 +36,6 @@ struct ContactProblemFile {
   AnyContactProblem problem;
   Eigen::VectorXd guess;
 };
-
-/// The rows of any Delassus operator as stored blocks. Operators that do not store them are asked column by
-/// column, which costs n_contacts^2 velocities: for saving a problem, not for solving it.
-template <DelassusOperator Delassus>
-Array<DelassusBlock<Delassus::n_unknowns>> stored_blocks(const Delassus& delassus) {
-  constexpr int N = Delassus::n_unknowns;
-  Array<DelassusBlock<N>> blocks;
-  if constexpr (requires {
-                  delassus.for_each_block(Index{}, [](Index, const Eigen::Matrix<double, N, N>&) {});
-                }) {
-    for (Index c = 0; c < delassus.n_contacts(); ++c)
-      delassus.for_each_block(c, [&](Index d, const Eigen::Matrix<double, N, N>& block) {
-        blocks.push_back({c, d, block});
-      });
-  } else {
-    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(N * delassus.n_contacts());
-    auto motion = delassus.motion(zero);
-    for (Index d = 0; d < delassus.n_contacts(); ++d) {
-      Array<Eigen::Matrix<double, N, N>> column(delassus.n_contacts());
-      for (int j = 0; j < N; ++j) {
-        const ContactVector<N> unit = ContactVector<N>::Unit(j);
-        delassus.change(motion, d, unit);
-        for (Index c = 0; c < delassus.n_contacts(); ++c)
-          column[c].col(j) = delassus.velocity(motion, zero, c);
-        delassus.change(motion, d, -unit);
-        motion = delassus.motion(zero);
-      }
-      for (Index c = 0; c < delassus.n_contacts(); ++c)
-        if (c == d || !column[c].isZero(0)) blocks.push_back({c, d, column[c]});
-    }
-  }
-  return blocks;
-}
 
 /// The text format for contact problems. Words and numbers separated by white space; '#' comments to the end
 /// of the line:

@@ -41,10 +41,11 @@ ContactVector<N> natural_map(const LocalLaw& law, const ContactVector<N>& r, con
 }
 
 /// scaled_residual from reactions and velocities u = W r + q at hand: root of the sum of squares of the
-/// natural map with the steps rho, over max(|r|, |rho q|). Zero for an empty problem; NaN stays NaN.
+/// natural map with the steps rho, over max(|r|, |rho q|); over |r| alone (unless r = 0) where `of_reactions`
+/// asks for that, a stricter measure where loads nearly cancel. Zero for an empty problem; NaN stays NaN.
 template <class Problem>
 double scaled_residual(const Problem& problem, const Array<double>& rho, const Eigen::VectorXd& r,
-                       const Eigen::VectorXd& u) {
+                       const Eigen::VectorXd& u, bool of_reactions = false) {
   constexpr int n = Problem::n_unknowns;
   double error = 0, reactions = 0, loads = 0;
   for (Index c = 0; c < problem.n_contacts(); ++c) {
@@ -53,7 +54,7 @@ double scaled_residual(const Problem& problem, const Array<double>& rho, const E
     reactions += rc.squaredNorm();
     loads += rho[c] * rho[c] * problem.free_velocity.template segment<n>(n * c).squaredNorm();
   }
-  const double scale = std::max(reactions, loads);
+  const double scale = of_reactions && reactions > 0 ? reactions : std::max(reactions, loads);
   return scale > 0 ? std::sqrt(error / scale) : std::sqrt(error);
 }
 
@@ -65,13 +66,11 @@ double scaled_residual(const Problem& problem, const Eigen::VectorXd& r) {
   return scaled_residual(problem, natural_map_steps(problem), r, u);
 }
 
-/// The residual of the literature (Siconos 4.4): the natural map with rho = 1, over max(|q|, |r|, |u|). It
-/// mixes units; for comparison only.
+/// The residual of the literature (Siconos 4.4) from reactions and velocities u = W r + q at hand: the
+/// natural map with rho = 1, over max(|q|, |r|, |u|). It mixes units; for comparison only.
 template <class Problem>
-double residual(const Problem& problem, const Eigen::VectorXd& r) {
+double residual(const Problem& problem, const Eigen::VectorXd& r, const Eigen::VectorXd& u) {
   constexpr int n = Problem::n_unknowns;
-  Eigen::VectorXd u(r.size());
-  contact_velocity(problem, r, u);
   double error = 0;
   for (Index c = 0; c < problem.n_contacts(); ++c)
     error += natural_map<n>(problem.law[c], ContactVector<n>(r.template segment<n>(n * c)),
@@ -79,6 +78,13 @@ double residual(const Problem& problem, const Eigen::VectorXd& r) {
                  .squaredNorm();
   const double scale = std::max({problem.free_velocity.norm(), r.norm(), u.norm()});
   return scale > 0 ? std::sqrt(error) / scale : std::sqrt(error);
+}
+
+template <class Problem>
+double residual(const Problem& problem, const Eigen::VectorXd& r) {
+  Eigen::VectorXd u(r.size());
+  contact_velocity(problem, r, u);
+  return residual(problem, r, u);
 }
 
 }  // namespace jampack

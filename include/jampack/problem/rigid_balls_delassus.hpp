@@ -3,7 +3,7 @@
 
 #include <jampack/core/error.hpp>
 #include <jampack/geometry/frame.hpp>
-#include <jampack/problem/delassus.hpp>
+#include <jampack/problem/block_sparse_delassus.hpp>
 #include <string>
 #include <utility>
 
@@ -47,6 +47,10 @@ class RigidBallsDelassus {
     using SpinIfAny = Eigen::Matrix<double, N == 1 ? 0 : Spin<Dim>::RowsAtCompileTime, 1>;
     SpinIfAny spin = SpinIfAny::Zero();
     double inverse_mass = 0, inverse_spin = 0;
+    void stop() {
+      velocity.setZero();
+      spin.setZero();
+    }
   };
   struct Motion {
     Array<BodyMotion> body;
@@ -135,6 +139,40 @@ class RigidBallsDelassus {
     const Motion moved = motion(r);
     u.resize(N * n_contacts());
     for (Index c = 0; c < n_contacts(); ++c) u.template segment<N>(N * c) = velocity(moved, r, c);
+  }
+
+  /// All blocks of W that are not zero.
+  Array<DelassusBlock<N>> blocks() const {
+    Array<Array<Index>> on_body(bodies_.size() + 1);  // the last stands for the box mode
+    for (Index c = 0; c < n_contacts(); ++c) {
+      on_body[contacts_[c].candidate].push_back(c);
+      if (contacts_[c].antagonist >= 0)
+        on_body[contacts_[c].antagonist].push_back(c);
+      else if (mode_inverse_mass_ > 0)
+        on_body.back().push_back(c);
+    }
+    const Eigen::VectorXd none;
+    Motion moved = motion(Eigen::VectorXd::Zero(N * n_contacts()));
+    Array<DelassusBlock<N>> all;
+    Array<Index> seen(n_contacts(), Index{-1});
+    for (Index d = 0; d < n_contacts(); ++d) {
+      const Index first = all.size(), a = contacts_[d].candidate, b = contacts_[d].antagonist;
+      for (int j = 0; j < N; ++j) {
+        change(moved, d, ContactVector<N>::Unit(j));
+        for (const Index body : {a, b >= 0 ? b : bodies_.size()})
+          for (const Index c : on_body[body]) {
+            if (seen[c] < first) {
+              seen[c] = all.size();
+              all.push_back({c, d, Eigen::Matrix<double, N, N>::Zero()});
+            }
+            all[seen[c]].value.col(j) = velocity(moved, none, c);
+          }
+        moved.body[a].stop();
+        if (b >= 0) moved.body[b].stop();
+        moved.mode = 0;
+      }
+    }
+    return all;
   }
 
  private:

@@ -6,11 +6,10 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cstring>
-#include <vector>
-
 #include <jampack/core/array.hpp>
 #include <jampack/law/friction_cone.hpp>
-#include <jampack/problem/rows_times.hpp>
+#include <jampack/problem/block_sparse_delassus.hpp>
+#include <vector>
 
 namespace jampack {
 
@@ -55,8 +54,8 @@ class BlockSparseLU {
 
   Index n_blocks() const { return u_column_.size(); }  ///< of U off the diagonal, as many as of L
 
-  /// Factorises the matrix whose row i is given by row(i, add), which calls add(column, block) for each of its
-  /// blocks; blocks given twice are added. False if a pivot block is singular.
+  /// Factorises the matrix whose row i is given by row(i, add), which calls add(column, block) for each of
+  /// its blocks; blocks given twice are added. False if a pivot block is singular.
   template <class Row>
   bool factorise(Row&& row) {
     for (Index i = 0; i < n_; ++i) {
@@ -95,7 +94,8 @@ class BlockSparseLU {
       for (Index m = run_start_[i]; m < run_start_[i + 1]; ++m) {
         const Run& run = runs_[m];
         for (int a = 0; a < N; ++a)
-          for (Index j = 0; j < run.length; ++j) y[a] -= u_value_[run.start + a * run.padded + j] * solution_[run.first + j];
+          for (Index j = 0; j < run.length; ++j)
+            y[a] -= u_value_[run.start + a * run.padded + j] * solution_[run.first + j];
       }
       solution_.template segment<N>(N * i) = inverse_pivot_[i] * y;
       x.template segment<N>(N * contact_[i]) = solution_.template segment<N>(N * i);
@@ -177,7 +177,8 @@ class BlockSparseLU {
       const Run& run = runs_[m];
       for (Index j = 0; j < run.padded; j += 4) {
         FourLanes u[N];
-        for (int b = 0; b < N; ++b) std::memcpy(&u[b], u_value_.data() + run.start + b * run.padded + j, sizeof u[b]);
+        for (int b = 0; b < N; ++b)
+          std::memcpy(&u[b], u_value_.data() + run.start + b * run.padded + j, sizeof u[b]);
         for (int a = 0; a < N; ++a) {
           double* const target = work_[a].data() + run.first + j;
           FourLanes w;
@@ -208,5 +209,21 @@ class BlockSparseLU {
   Array<double> work_[N];
   mutable Eigen::VectorXd solution_;
 };
+
+/// Neighbours of each row of W, made symmetric where the pattern of W is not: what analyse() takes.
+template <int N>
+Array<Array<Index>> symmetric_pattern(const BlockSparseDelassus<N>& w) {
+  Array<Array<Index>> neighbours(w.n_contacts());
+  for (Index c = 0; c < w.n_contacts(); ++c)
+    w.for_each_coupled_group(c, [&](Index d) {
+      neighbours[c].push_back(d);
+      neighbours[d].push_back(c);
+    });
+  for (auto& list : neighbours) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  }
+  return neighbours;
+}
 
 }  // namespace jampack

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <concepts>
 #include <jampack/problem/residual.hpp>
@@ -18,9 +19,12 @@ struct SolveReport {
 
 /// When to stop; every solver carries one.
 struct StoppingCriterion {
-  double tolerance = 1e-8;  ///< on scaled_residual, > 0
-  Index max_sweeps = 100000;
+  double tolerance = 1e-8;                                      ///< on scaled_residual, > 0
+  Index max_sweeps = 100000;                                    ///< or iterations
   double time_limit = std::numeric_limits<double>::infinity();  ///< seconds
+  /// Stricter: the residual of the literature and scaled_residual taken relative to |r| alone must both
+  /// reach the tolerance too.
+  bool strict = false;
 };
 
 /// A contact solver changes r from its first guess (the warm start) to the best iterate it has met.
@@ -38,6 +42,53 @@ class Stopwatch {
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Judges iterates by what a solver stops on, always recomputed from W r + q, and keeps the best of them.
+template <class Problem>
+class BestIterate {
+ public:
+  /// Takes the first guess. Throws InvalidInput if it does not fit the problem or the tolerance is not > 0.
+  BestIterate(const Problem& problem, const StoppingCriterion& stop, const Eigen::VectorXd& r)
+      : problem_(problem), stop_(stop), rho_(natural_map_steps(problem)), best_(r), u_(r.size()) {
+    require(r.size() == problem.free_velocity.size() && r.allFinite(),
+            "contact solver: the first guess has the wrong size or is not finite");
+    require(stop.tolerance > 0, "contact solver: the tolerance must be > 0");
+    judge(r);
+  }
+
+  /// Judges r; returns what must fall below the tolerance.
+  double judge(const Eigen::VectorXd& r) {
+    contact_velocity(problem_, r, u_);
+    const double scaled = scaled_residual(problem_, rho_, r, u_);
+    const double now = stop_.strict
+                           ? std::max(scaled_residual(problem_, rho_, r, u_, true), residual(problem_, r, u_))
+                           : scaled;
+    if (now < value_) {
+      value_ = now;
+      scaled_ = scaled;
+      best_ = r;
+    }
+    return now;
+  }
+
+  bool converged() const { return value_ <= stop_.tolerance; }
+  bool out_of_time() const { return clock_.seconds() >= stop_.time_limit; }
+  double value() const { return value_; }
+  double scaled() const { return scaled_; }  ///< scaled_residual of the best iterate
+  const Eigen::VectorXd& best() const { return best_; }
+  const Array<double>& rho() const { return rho_; }
+  const Eigen::VectorXd& velocity() const { return u_; }  ///< W r + q of the iterate judged last
+
+  SolveReport report(Index sweeps) const { return {converged(), sweeps, scaled_, clock_.seconds()}; }
+
+ private:
+  Stopwatch clock_;
+  const Problem& problem_;
+  StoppingCriterion stop_;
+  Array<double> rho_;
+  Eigen::VectorXd best_, u_;
+  double value_ = std::numeric_limits<double>::infinity(), scaled_ = value_;
 };
 
 }  // namespace jampack

@@ -94,45 +94,29 @@ class GaussSeidelSweeps {
 template <class Problem>
 SolveReport GaussSeidel::solve(const Problem& problem, Eigen::VectorXd& r) const {
   require(relaxation > 0 && relaxation < 2, "Gauss-Seidel: relaxation must lie in (0, 2)");
-  require(r.size() == problem.free_velocity.size() && r.allFinite(),
-          "Gauss-Seidel: the first guess has the wrong size or is not finite");
-  const Stopwatch clock;
-  SolveReport report;
-  const Array<double> rho = natural_map_steps(problem);
-  Eigen::VectorXd u(r.size()), best = r;
-  const auto judge = [&] {
-    contact_velocity(problem, r, u);
-    const double now = scaled_residual(problem, rho, r, u);
-    if (!(now >= report.residual)) {
-      report.residual = now;
-      best = r;
-    }
-    report.converged = report.residual <= stop.tolerance;
-  };
-  report.residual = std::numeric_limits<double>::infinity();
-  judge();
-  if (!report.converged && problem.n_contacts() > 0) {
+  BestIterate<Problem> iterate(problem, stop, r);
+  Index n_sweeps = 0;
+  if (!iterate.converged() && problem.n_contacts() > 0) {
     GaussSeidelSweeps<Problem> sweeps(problem, r);
     std::uint64_t state = seed;
     Index next_test = 1;
-    while (!report.converged && report.sweeps < stop.max_sweeps) {
+    while (!iterate.converged() && n_sweeps < stop.max_sweeps) {
       if (order == SweepOrder::shuffled) sweeps.shuffle(state);
       const double changed = std::sqrt(sweeps.sweep(r, relaxation));
       if (order == SweepOrder::symmetric) sweeps.reverse();
-      ++report.sweeps;
-      // A test costs about a sweep: every tenth at most, or when the last sweep hardly changed anything.
-      const bool settled = changed <= 2 * stop.tolerance * r.norm();
-      if (report.sweeps >= next_test || settled || report.sweeps == stop.max_sweeps) {
-        judge();
-        sweeps.restart(r);
-        next_test = report.sweeps + std::max<Index>(10, report.sweeps / 10);
-        if (clock.seconds() > stop.time_limit) break;
-      }
+      ++n_sweeps;
+      // A test costs less than a sweep: every tenth, later more seldom, or when a sweep changes hardly
+      // anything.
+      const bool settled = changed <= stop.tolerance * r.norm();
+      if (n_sweeps < next_test && !settled && n_sweeps < stop.max_sweeps) continue;
+      iterate.judge(r);
+      sweeps.restart(r);
+      next_test = n_sweeps + std::max<Index>(n_sweeps < 10 ? 3 : 10, n_sweeps / 20);
+      if (iterate.out_of_time()) break;
     }
-    r = best;
+    r = iterate.best();
   }
-  report.seconds = clock.seconds();
-  return report;
+  return iterate.report(n_sweeps);
 }
 
 }  // namespace jampack

@@ -2,11 +2,10 @@
 #pragma once
 
 #include <cmath>
-#include <type_traits>
-
 #include <jampack/problem/block_sparse_delassus.hpp>
 #include <jampack/solver/block_sparse_lu.hpp>
 #include <jampack/solver/local_solver.hpp>
+#include <type_traits>
 
 namespace jampack {
 
@@ -58,14 +57,16 @@ class RegularisedProblem {
   double error(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const {
     double sum = 0;
     for (Index c = 0; c < n_; ++c)
-      sum += natural_map<N>(law_[c], Vec(r.template segment<N>(N * c)), Vec(u.template segment<N>(N * c)), step_[c])
+      sum += natural_map<N>(law_[c], Vec(r.template segment<N>(N * c)), Vec(u.template segment<N>(N * c)),
+                            step_[c])
                  .squaredNorm();
     return std::sqrt(sum);
   }
 
   void sweep(Eigen::VectorXd& r) const {
     for (Index c = 0; c < n_; ++c)
-      r.template segment<N>(N * c) = local_[c].solve(law_[c], velocity(r, c), Vec(r.template segment<N>(N * c)));
+      r.template segment<N>(N * c) =
+          local_[c].solve(law_[c], velocity(r, c), Vec(r.template segment<N>(N * c)));
   }
 
   void project(Eigen::VectorXd& r) const {
@@ -74,8 +75,8 @@ class RegularisedProblem {
           project_on_friction_cone<N>(Vec(r.template segment<N>(N * c)), law_[c].friction);
   }
 
-  /// Newton step dr on the Alart–Curnier function from r with velocities u. Open contacts go to zero and leave
-  /// the system. False if the system cannot be solved.
+  /// Newton step dr on the Alart–Curnier function from r with velocities u. Open contacts go to zero and
+  /// leave the system. False if the system cannot be solved.
   bool newton_step(const Eigen::VectorXd& r, const Eigen::VectorXd& u, Eigen::VectorXd& dr) {
     if (!analysed_) analyse();
     for (Index c = 0; c < n_; ++c)
@@ -102,18 +103,7 @@ class RegularisedProblem {
 
  private:
   void analyse() {
-    Array<Array<Index>> neighbours(n_);
-    for (Index c = 0; c < n_; ++c)
-      w_.for_each_coupled_group(c, [&](Index d) {
-        // The pattern must be symmetric even where W is not.
-        neighbours[c].push_back(d);
-        neighbours[d].push_back(c);
-      });
-    for (auto& list : neighbours) {
-      std::sort(list.begin(), list.end());
-      list.erase(std::unique(list.begin(), list.end()), list.end());
-    }
-    lu_.analyse(neighbours);
+    lu_.analyse(symmetric_pattern(w_));
     open_.assign(n_, 0);
     analysed_ = true;
   }

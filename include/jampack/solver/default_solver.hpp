@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <jampack/solver/gauss_seidel.hpp>
+#include <jampack/solver/proximal_newton.hpp>
+
+namespace jampack {
+
+/// The solver for whoever does not want to choose: sweeps while they promise to end soon, then proximal
+/// Newton steps, which want few iterations where sweeps want thousands (stiff or redundant contacts); if
+/// those give up, longer sweeps and another start, in turn. The choice depends on residuals and counts, never
+/// on a clock.
+struct DefaultSolver {
+  StoppingCriterion stop;
+  Index patience =
+      300;  ///< sweeps that the rate of convergence may promise before Newton's method takes over
+  Index max_newton_contacts = 20000;  ///< beyond, W is not factorised: sweeps only
+
+  template <class Problem>
+  SolveReport solve(const Problem& problem, Eigen::VectorXd& r) const {
+    BestIterate<Problem> iterate(problem, stop, r);
+    Index n_sweeps = 0;
+    if (iterate.converged() || problem.n_contacts() == 0) return iterate.report(0);
+    const bool can_factorise = problem.n_contacts() <= max_newton_contacts;
+    sweep_while_promising(problem, r, iterate, can_factorise ? patience : stop.max_sweeps, n_sweeps);
+    double regularisation = ProximalNewton{}.regularisation;
+    for (int round = 0; round < 6 && can_factorise && going_on(iterate, n_sweeps); ++round) {
+      ProximalNewton newton{
+          .stop = stop, .regularisation = regularisation, .first_sweeps = round == 0 ? 0 : 20};
+      newton.stop.max_sweeps = std::min<Index>(Index{500} << round, stop.max_sweeps - n_sweeps);
+      newton.stop.time_limit = stop.time_limit - iterate.report(0).seconds;
+      r = iterate.best();
+      n_sweeps += newton.solve(problem, r).sweeps;
+      iterate.judge(r);
+      if (iterate.converged()) break;
+      // Another start, from longer sweeps and with more or less regularisation.
+      r = iterate.best();
+      sweep_while_promising(problem, r, iterate, Index{100} << round, n_sweeps);
+      regularisation = round % 2 == 0 ? 1e-1 : 1e-5;
+    }
+    if (going_on(iterate, n_sweeps)) {
+      r = iterate.best();
+      sweep_while_promising(problem, r, iterate, stop.max_sweeps, n_sweeps);
+    }
+    r = iterate.best();
+    return iterate.report(n_sweeps);
+  }
+
+ private:
+  template <class Problem>
+  bool going_on(const BestIterate<Problem>& iterate, Index n_sweeps) const {
+    return !iterate.converged() && n_sweeps < stop.max_sweeps && !iterate.out_of_time();
+  }
+
+  // Gauss–Seidel until the residual's rate promises to want more than `limit` sweeps.
+  template <class Problem>
+  void sweep_while_promising(const Problem& problem, Eigen::VectorXd& r, BestIterate<Problem>& iterate,
+                             Index limit, Index& n_sweeps) const {
+    GaussSeidelSweeps<Problem> sweeps(problem, r);
+    double last = iterate.judge(r);
+    for (Index done = 0, batch = 5; going_on(iterate, n_sweeps);) {
+      batch = std::min(batch, stop.max_sweeps - n_sweeps);
+      for (Index k = 0; k < batch; ++k) sweeps.sweep(r);
+      n_sweeps += batch;
+      done += batch;
+      const double now = iterate.judge(r);
+      sweeps.restart(r);
+      const double rate = std::log(last / now) / static_cast<double>(batch);
+      const double wanted = std::log(now / stop.tolerance);
+      if (done >= 20 &&
+          static_cast<double>(done) + wanted / std::max(rate, 1e-30) > static_cast<double>(limit))
+        return;
+      last = now;
+      // The next test when it is due by the rate, between 5 and 20 % of the sweeps done.
+      const double due = rate > 0 ? wanted / rate : 1e9;
+      batch = std::max<Index>(5, static_cast<Index>(std::min(due, 0.2 * static_cast<double>(done))));
+    }
+  }
+};
+
+}  // namespace jampack
