@@ -4,10 +4,10 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cstdint>
-#include <set>
-
 #include <jampack/core/array.hpp>
 #include <jampack/core/dimension.hpp>
+#include <memory>
+#include <set>
 
 namespace jampack {
 
@@ -85,26 +85,27 @@ class BlockCholesky {
     lower_.setFromTriplets(entries.begin(), entries.end());
     source_.clear();
     for (Index k = 0; k < lower_.nonZeros(); ++k) source_.push_back(Index(lower_.valuePtr()[k]));
-    factor_.analyzePattern(lower_);
+    factor_->analyzePattern(lower_);
   }
 
   /// Factorises; false when the matrix is not positive definite (nothing usable is left then).
   bool factorise(const BlockMatrix<Dim>& matrix) {
     const double* values = matrix.block.data()->data();
     for (Index k = 0; k < source_.size(); ++k) lower_.valuePtr()[k] = values[source_[k]];
-    factor_.factorize(lower_);
-    return factor_.info() == Eigen::Success;
+    factor_->factorize(lower_);
+    return factor_->info() == Eigen::Success;
   }
 
   template <class RightHandSide>
   auto solve(const RightHandSide& b) const {
-    return factor_.solve(b);
+    return factor_->solve(b);
   }
 
  private:
   Eigen::SparseMatrix<double> lower_;
   Array<Index> source_;
-  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor_;
+  using Factor = Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>;
+  std::unique_ptr<Factor> factor_ = std::make_unique<Factor>();  // Eigen's cannot be moved
 };
 
 }  // namespace jampack

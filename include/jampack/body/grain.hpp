@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <limits>
-
 #include <jampack/body/grain_model.hpp>
+#include <limits>
 
 namespace jampack {
 
@@ -83,7 +82,8 @@ struct Grain {
   /// Smallest current/reference volume ratio of the cells.
   double min_jacobian(const Nodal& x) const {
     double smallest = std::numeric_limits<double>::infinity();
-    for (const auto& cell : cells) smallest = std::min(smallest, Element::min_jacobian(cell, gather(cell, x)));
+    for (const auto& cell : cells)
+      smallest = std::min(smallest, Element::min_jacobian(cell, gather(cell, x)));
     return smallest;
   }
 

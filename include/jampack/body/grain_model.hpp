@@ -8,7 +8,7 @@
 namespace jampack {
 
 /// What all deformable grains cut from one reference mesh share: mesh and boundary (unit diameter),
-/// material, sparsity and the ordering of their factorisations.
+/// material and sparsity.
 template <int Dim, class ElementType, class MaterialType>
 struct GrainModel {
   using Element = ElementType;
@@ -19,7 +19,6 @@ struct GrainModel {
   Material material;
   Boundary<Dim> boundary;
   BlockPattern pattern;
-  BlockCholesky<Dim> factor;                                ///< analysed, not factorised: copied by each grain
   Array<std::array<std::int32_t, Element::n_nodes * Element::n_nodes>> scatter;  ///< cell block -> pattern
 
   GrainModel(Mesh<Dim> reference, Material m) : mesh(std::move(reference)), material(m) {
@@ -31,7 +30,6 @@ struct GrainModel {
     for (const auto& face : mesh.faces)
       groups.emplace_back(face.node.begin(), face.node.begin() + face.n_nodes);
     pattern = block_pattern(mesh.nodes.size(), groups);
-    factor.analyse(pattern);
     for (const auto& cell : cells) {
       auto& map = scatter.emplace_back();
       for (std::size_t i = 0; i < Element::n_nodes; ++i)

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <memory>
-
 #include <jampack/body/grain.hpp>
 #include <jampack/geometry/container.hpp>
+#include <memory>
 
 namespace jampack {
 
@@ -25,7 +24,8 @@ struct SoftPacking {
       : model(std::make_shared<const Model>(std::move(mesh), material)), room(std::move(walls)) {}
 
   /// Adds a stress-free grain of the reference mesh scaled by its diameter.
-  void add(double diameter, const Vector<Dim>& centre, const Matrix<Dim>& rotation = Matrix<Dim>::Identity()) {
+  void add(double diameter, const Vector<Dim>& centre,
+           const Matrix<Dim>& rotation = Matrix<Dim>::Identity()) {
     grains.emplace_back(*model, diameter, centre, rotation);
   }
 

@@ -22,10 +22,14 @@ class Array : private std::vector<T> {
   using typename Base::value_type;
 
   Array() = default;
-  explicit Array(Index n, const T& value = T()) : Base(static_cast<std::size_t>(n), value) {}
+  explicit Array(Index n) : Base(static_cast<std::size_t>(n)) {}
+  Array(Index n, const T& value) : Base(static_cast<std::size_t>(n), value) {}
   Array(std::initializer_list<T> values) : Base(values) {}
   template <class Iterator>
-    requires requires(Iterator i) { *i; ++i; }
+  requires requires(Iterator i) {
+    *i;
+    ++i;
+  }
   Array(Iterator first, Iterator last) : Base(first, last) {}
 
   T& operator[](Index i) {
@@ -37,7 +41,8 @@ class Array : private std::vector<T> {
     return Base::operator[](static_cast<std::size_t>(i));
   }
   Index size() const { return static_cast<Index>(Base::size()); }
-  void resize(Index n, const T& value = T()) { Base::resize(static_cast<std::size_t>(n), value); }
+  void resize(Index n) { Base::resize(static_cast<std::size_t>(n)); }
+  void resize(Index n, const T& value) { Base::resize(static_cast<std::size_t>(n), value); }
   void assign(Index n, const T& value) { Base::assign(static_cast<std::size_t>(n), value); }
   void reserve(Index n) { Base::reserve(static_cast<std::size_t>(n)); }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <exception>
-
 #include <jampack/core/array.hpp>
 
 namespace jampack {

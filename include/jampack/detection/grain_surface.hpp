@@ -21,6 +21,30 @@ class GrainSurface {
     bool on_surface = false;
   };
 
+  /// The surface about a point of a face, to first order. The normal field is the averaged one, the gap is
+  /// measured along it, and yet it changes along the face's own normal: gap_gradient . normal = 1.
+  struct Tangents {
+    Vector<Dim> gap_gradient;  ///< d gap / d x of the point projected
+    FaceShape<Dim> shape;
+    Eigen::Matrix<double, Dim, Dim - 1> dual;          ///< a^k: dxi_k = a^k . dx for dx along the surface
+    Eigen::Matrix<double, Dim, Dim - 1> normal_slope;  ///< d normal / d xi_k
+  };
+
+  Tangents tangents(const Projection& p) const {
+    const auto& face = boundary_->faces[p.face];
+    Tangents t;
+    t.shape = face_shape<Dim>(face.n_nodes, p.xi);
+    const Eigen::Matrix<double, Dim, Dim - 1> along = interpolate(face, t.shape.derivative, *position_);
+    const Eigen::Matrix<double, Dim - 1, Dim - 1> metric = along.transpose() * along;
+    t.dual = along * metric.inverse();
+    const Vector<Dim> own_normal = face_normal<Dim>(along);
+    t.gap_gradient = own_normal / own_normal.dot(p.normal);
+    const double length = interpolate(face, t.shape.value, normal_).norm();
+    const Eigen::Matrix<double, Dim, Dim - 1> dm = interpolate(face, t.shape.derivative, normal_);
+    t.normal_slope = (dm - p.normal * (p.normal.transpose() * dm)) / length;
+    return t;
+  }
+
   /// Takes over new nodal positions; `position` must outlive the surface.
   void update(const Boundary<Dim>& boundary, const Nodal& position) {
     boundary_ = &boundary;
@@ -29,7 +53,8 @@ class GrainSurface {
     for (const auto& face : boundary.faces)
       for (Index i = 0; i < face.n_nodes; ++i) {
         const auto shape = face_shape<Dim>(face.n_nodes, face_node_coordinates<Dim>(i));
-        normal_.col(face.node[std::size_t(i)]) += face_normal<Dim>(interpolate(face, shape.derivative, position));
+        normal_.col(face.node[std::size_t(i)]) +=
+            face_normal<Dim>(interpolate(face, shape.derivative, position));
       }
     for (const Index i : boundary.nodes) normal_.col(i).normalize();
   }
@@ -110,9 +135,8 @@ class GrainSurface {
       p.gap = p.normal.dot(x - s);
       Matrix<Dim> jacobian;
       const Eigen::Matrix<double, Dim, Dim - 1> dm = interpolate(face, shape.derivative, normal_);
-      jacobian.template leftCols<Dim - 1>() =
-          interpolate(face, shape.derivative, *position_) +
-          p.gap / length * (dm - p.normal * (p.normal.transpose() * dm));
+      jacobian.template leftCols<Dim - 1>() = interpolate(face, shape.derivative, *position_) +
+                                              p.gap / length * (dm - p.normal * (p.normal.transpose() * dm));
       jacobian.col(Dim - 1) = p.normal;
       const Vector<Dim> error = x - s - p.gap * p.normal;
       const Vector<Dim> step = jacobian.inverse() * error;

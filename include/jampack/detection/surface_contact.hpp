@@ -2,11 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <tuple>
-
 #include <jampack/detection/grain_surface.hpp>
 #include <jampack/geometry/container.hpp>
 #include <jampack/law/friction_cone.hpp>
+#include <tuple>
 
 namespace jampack {
 
@@ -24,18 +23,20 @@ struct SurfaceContact {
   Eigen::Matrix<double, max_face_nodes<Dim>, 1> weight;
   Vector<Dim> normal;  ///< from antagonist to candidate
   double gap = 0;
+  typename GrainSurface<Dim>::Tangents tangents;  ///< of the antagonist's surface, not set at a wall
 
   bool is_wall() const { return antagonist < 0; }
   Index wall() const { return -1 - antagonist; }
   auto key() const { return std::tuple(candidate, sample, antagonist); }
 
-  /// Writes the projection into face, weights, normal and gap.
-  void set(const Boundary<Dim>& boundary, const typename GrainSurface<Dim>::Projection& p) {
-    const auto& f = boundary.faces[p.face];
+  /// Writes the projection on the antagonist into face, weights, normal and gap.
+  void set(const GrainSurface<Dim>& surface, const typename GrainSurface<Dim>::Projection& p) {
+    const auto& f = surface.boundary().faces[p.face];
     face = p.face;
     n_nodes = f.n_nodes;
     node = f.node;
-    weight = face_shape<Dim>(f.n_nodes, p.xi).value;
+    tangents = surface.tangents(p);
+    weight = tangents.shape.value;
     normal = p.normal;
     gap = p.gap;
   }

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <boost/geometry.hpp>
-#include <boost/geometry/index/rtree.hpp>
-#include <iterator>
-
 #include <jampack/core/parallel.hpp>
+#include <jampack/detection/r_tree.hpp>
 #include <jampack/detection/surface_contact.hpp>
 
 namespace jampack {
@@ -18,67 +15,48 @@ struct DetectionRange {
 
 namespace detail {
 
+/// Ball about a grain's boundary nodes; `slack` widens it for faces that bulge past their nodes.
 template <int Dim>
-using RtreePoint = boost::geometry::model::point<double, std::size_t(Dim), boost::geometry::cs::cartesian>;
-template <int Dim>
-using RtreeBox = boost::geometry::model::box<RtreePoint<Dim>>;
-
-template <int Dim>
-RtreePoint<Dim> rtree_point(const Vector<Dim>& x) {
-  if constexpr (Dim == 2)
-    return {x[0], x[1]};
-  else
-    return {x[0], x[1], x[2]};
+void add_bounding_ball(const GrainSurface<Dim>& surface, double slack, Balls<Dim>& balls) {
+  const auto& x = surface.position();
+  Vector<Dim> centre = Vector<Dim>::Zero();
+  for (const Index i : surface.boundary().nodes) centre += x.col(i) / double(surface.boundary().nodes.size());
+  double radius = 0;
+  for (const Index i : surface.boundary().nodes) radius = std::max(radius, (x.col(i) - centre).norm());
+  balls.add(2 * (radius + slack), centre);
 }
 
+/// The boundary node closest to a point, and its squared distance.
 template <int Dim>
-using NodeTree = boost::geometry::index::rtree<std::pair<RtreePoint<Dim>, Index>, boost::geometry::index::linear<8>>;
+std::pair<Index, double> nearest_node(const GrainSurface<Dim>& surface, const Vector<Dim>& point) {
+  std::pair<Index, double> best{-1, std::numeric_limits<double>::infinity()};
+  for (const Index i : surface.boundary().nodes)
+    if (const double d = (surface.position().col(i) - point).squaredNorm(); d < best.second) best = {i, d};
+  return best;
+}
 
 }  // namespace detail
 
-/// All samples within range of another grain (`pairs`) or of a wall (`walls`), found with R-trees over the
-/// grains' boxes and over each grain's boundary nodes; results are sorted by key.
+/// All samples within range of another grain (`pairs`) or of a wall (`walls`), sorted by key. Grains that
+/// may touch come from an R-tree over their bounding balls; a sample starts its walk to its projection
+/// from the nearest node.
 template <int Dim>
 void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room, const DetectionRange& range,
             Threads threads, Array<SurfaceContact<Dim>>& pairs, Array<SurfaceContact<Dim>>& walls) {
-  namespace bgi = boost::geometry::index;
   const Index n = surfaces.size();
-  Array<Vector<Dim>> lower(n), upper(n);
-  Array<detail::NodeTree<Dim>> nodes(n);
-  parallel_for(threads, n, [&](Index g) {
-    const auto& x = surfaces[g].position();
-    lower[g].setConstant(std::numeric_limits<double>::infinity());
-    upper[g] = -lower[g];
-    Array<std::pair<detail::RtreePoint<Dim>, Index>> points;
-    for (const Index i : surfaces[g].boundary().nodes) {
-      lower[g] = lower[g].cwiseMin(x.col(i));
-      upper[g] = upper[g].cwiseMax(x.col(i));
-      points.emplace_back(detail::rtree_point<Dim>(x.col(i)), i);
-    }
-    nodes[g] = detail::NodeTree<Dim>(points.begin(), points.end());
-  });
-  // A quadratic face bulges past its nodes by less than a tenth of an edge: the boxes get that slack.
-  const double slack = range.reach + range.depth;
-  using Entry = std::pair<detail::RtreeBox<Dim>, Index>;
-  Array<Entry> boxes;
-  for (Index g = 0; g < n; ++g)
-    boxes.emplace_back(
-        detail::RtreeBox<Dim>(detail::rtree_point<Dim>(lower[g]), detail::rtree_point<Dim>(upper[g])), g);
-  const bgi::rtree<Entry, bgi::linear<8>> grains(boxes.begin(), boxes.end());
+  Balls<Dim> bounds;
+  for (const auto& surface : surfaces) detail::add_bounding_ball(surface, range.depth, bounds);
+  Array<Array<Index>> neighbours(n);
+  RTree<Dim> tree(0.0);
+  for (const auto& pair : tree.pairs(bounds, range.reach)) {
+    neighbours[pair.first].push_back(pair.second);
+    neighbours[pair.second].push_back(pair.first);
+  }
 
   Array<Array<SurfaceContact<Dim>>> found_pairs(n), found_walls(n);
   parallel_for(threads, n, [&](Index a) {
     const auto& surface = surfaces[a];
-    const Vector<Dim> margin = Vector<Dim>::Constant(slack);
-    Array<Entry> near;
-    grains.query(bgi::intersects(detail::RtreeBox<Dim>(detail::rtree_point<Dim>(lower[a] - margin),
-                                                       detail::rtree_point<Dim>(upper[a] + margin))),
-                 std::back_inserter(near));
-    Array<Index> antagonists;
-    for (const auto& entry : near)
-      if (entry.second != a) antagonists.push_back(entry.second);
-    std::sort(antagonists.begin(), antagonists.end());
-
+    std::sort(neighbours[a].begin(), neighbours[a].end());
     const auto& samples = surface.boundary().samples;
     for (Index s = 0; s < samples.size(); ++s) {
       const Vector<Dim> x = surface.sample_point(samples[s], surface.position());
@@ -86,17 +64,17 @@ void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room
       SurfaceContact<Dim> contact;
       contact.candidate = a;
       contact.sample = s;
-      for (const Index b : antagonists) {
-        if ((x.array() < lower[b].array() - slack).any() || (x.array() > upper[b].array() + slack).any())
-          continue;
-        std::pair<detail::RtreePoint<Dim>, Index> closest;
-        nodes[b].query(bgi::nearest(detail::rtree_point<Dim>(x), 1), &closest);
+      for (const Index b : neighbours[a]) {
+        if ((x - bounds.position[b]).norm() > 0.5 * bounds.diameter[b] + range.reach) continue;
         const auto& other = surfaces[b];
-        const auto p = other.project(x, other.boundary().face_of_node[closest.second]);
+        const auto [node, distance] = detail::nearest_node(other, x);
+        const double edge = other.boundary().edge_length * bounds.diameter[b];
+        if (std::sqrt(distance) > range.reach + range.depth + 2 * edge) continue;
+        const auto p = other.project(x, other.boundary().face_of_node[node]);
         if (!p.on_surface || p.gap > range.reach || p.gap < -range.depth || outward.dot(p.normal) > 0.5)
           continue;
         contact.antagonist = b;
-        contact.set(other.boundary(), p);
+        contact.set(other, p);
         found_pairs[a].push_back(contact);
       }
       contact.n_nodes = 0;
@@ -108,6 +86,9 @@ void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room
         found_walls[a].push_back(contact);
       }
     }
+    // Walls have descending negative keys: they come before grains and in reverse.
+    std::sort(found_walls[a].begin(), found_walls[a].end(),
+              [](const auto& p, const auto& q) { return p.key() < q.key(); });
   });
   pairs.clear();
   walls.clear();

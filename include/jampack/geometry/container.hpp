@@ -10,9 +10,9 @@ namespace jampack {
 template <int Dim>
 struct Container {
   Vector<Dim> centre = Vector<Dim>::Zero();
-  Array<Vector<Dim>> normal;   ///< unit, pointing into the room
-  Array<double> distance;      ///< of each wall from the centre at scale 1, > 0
-  double reference_volume = 0; ///< at scale 1 (area in 2D)
+  Array<Vector<Dim>> normal;    ///< unit, pointing into the room
+  Array<double> distance;       ///< of each wall from the centre at scale 1, > 0
+  double reference_volume = 0;  ///< at scale 1 (area in 2D)
   double scale = 1;
 
   Index n_walls() const { return normal.size(); }

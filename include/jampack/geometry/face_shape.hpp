@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-
 #include <jampack/core/array.hpp>
 #include <jampack/core/dimension.hpp>
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <map>
-#include <utility>
-
 #include <jampack/core/error.hpp>
 #include <jampack/geometry/face_shape.hpp>
 #include <jampack/mesh/mesh.hpp>
+#include <map>
+#include <utility>
 
 namespace jampack {
 
@@ -59,7 +58,8 @@ std::array<Index, Dim - 1> side_corners(const BoundaryFace<Dim>& face, int k) {
   if constexpr (Dim == 2) {
     return {face.node[k == 0 ? 1 : 0]};
   } else {
-    const auto [low, high] = std::minmax(face.node[std::size_t((k + 1) % 3)], face.node[std::size_t((k + 2) % 3)]);
+    const auto [low, high] =
+        std::minmax(face.node[std::size_t((k + 1) % 3)], face.node[std::size_t((k + 2) % 3)]);
     return {low, high};
   }
 }
@@ -89,7 +89,8 @@ void place_samples(Boundary<Dim>& boundary) {
   for (const Index node : boundary.nodes) {
     Sample sample;
     sample.face = boundary.face_of_node[node];
-    require(sample.face >= 0, "mesh boundary: node " + std::to_string(node) + " is listed but belongs to no face");
+    require(sample.face >= 0,
+            "mesh boundary: node " + std::to_string(node) + " is listed but belongs to no face");
     const auto& face = boundary.faces[sample.face];
     std::size_t local = 0;
     while (face.node[local] != node) ++local;

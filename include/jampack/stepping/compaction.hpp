@@ -10,7 +10,9 @@ namespace jampack {
 
 /// How fast and in which steps a packing is pressed.
 struct CompactionOptions {
-  double inertial_number = 1e-4;  ///< I = v0 sqrt(rho / E), v0 the speed of each wall
+  double inertial_number = 1e-3;  ///< I = v0 sqrt(rho / E) with v0 the speed of each wall
+  double kinetic_ratio = 1e-3;    ///< bound on rho v0^2 / P, which slows the walls near jamming
+  double least_pressure = 1e-5;   ///< P / E that the bound reckons with where there is less
   double first_strain = 1e-3;     ///< first volumetric strain step, -d ln V
   double max_strain = 0.01;       ///< largest step
   double min_strain = 1e-7;       ///< below this the compaction is given up
@@ -37,7 +39,10 @@ class Compaction {
   SoftStepReport report;     ///< of the last accepted step
 
   Compaction(Packing start, Law law, CompactionOptions compaction, SoftStepOptions step_options)
-      : packing(std::move(start)), step(law, step_options), options(compaction), strain(compaction.first_strain) {}
+      : packing(std::move(start)),
+        step(law, step_options),
+        options(compaction),
+        strain(compaction.first_strain) {}
 
   /// Volume of the grains (area in 2D), within their curved surfaces.
   double solid_volume() const {
@@ -47,7 +52,9 @@ class Compaction {
     return sum;
   }
   double packing_fraction() const { return solid_volume() / packing.room.volume(); }
-  ContactNetwork<Dim> network() const { return contact_network<Packing, Dim>(packing, step.pairs, step.walls); }
+  ContactNetwork<Dim> network() const {
+    return contact_network<Packing, Dim>(packing, step.pairs, step.walls);
+  }
   double pressure() const { return granular_pressure(network()); }
 
   /// One accepted step of at most `largest` volumetric strain. Throws NotConverged, the packing being as
@@ -72,8 +79,13 @@ class Compaction {
     auto& room = packing.room;
     double distance = 0;
     for (const double d : room.distance) distance += d / double(room.n_walls());
-    const double speed =
-        options.inertial_number * std::sqrt(packing.model->material.young / packing.model->material.density);
+    const double young = packing.model->material.young;
+    const double pressure = std::max(last_pressure_ / young, options.least_pressure);
+    // At high pressure the walls may run faster: inertia stays as small beside P, and steadies the step.
+    const double number =
+        std::min(std::sqrt(options.kinetic_ratio * pressure),
+                 std::max(options.inertial_number, std::sqrt(1e-2 * options.kinetic_ratio * pressure)));
+    const double speed = number * std::sqrt(young / packing.model->material.density);
     const double h = (1 - shrink) * room.scale * distance / speed;
     const auto attempt = step.advance(packing, h, shrink * room.scale);
     n_iterations += attempt.iterations;
@@ -82,9 +94,14 @@ class Compaction {
     if (!attempt.converged) return false;
     ++n_steps;
     last_duration = h;
-    if (attempt.iterations <= options.easy_iterations) strain = std::max(strain, std::min(1.5 * size, options.max_strain));
+    last_pressure_ = std::max(0.0, this->pressure());
+    if (attempt.iterations <= options.easy_iterations)
+      strain = std::max(strain, std::min(1.5 * size, options.max_strain));
     return true;
   }
+
+ private:
+  double last_pressure_ = 0;
 };
 
 }  // namespace jampack

@@ -29,6 +29,13 @@ class NewtonSystem {
     std::array<std::array<double, max_face_nodes<Dim>>, 2> weight{};  ///< negative on the antagonist
     Matrix<Dim> stiffness;
     Matrix<Dim> definite;
+    /// How the antagonist's normal and the point of attack turn and move with the bodies (eq. 10); unused at
+    /// a wall.
+    bool turns = false;
+    Matrix<Dim> turn;  ///< d force / d normal
+    Vector<Dim> normal, force;
+    Eigen::Matrix<double, Dim, Dim - 1> dual, normal_slope;
+    Eigen::Matrix<double, max_face_nodes<Dim>, Dim - 1> gradient;
   };
 
   Threads threads;
@@ -39,12 +46,17 @@ class NewtonSystem {
     packing_ = &packing;
     n_ = Dim * packing.n_nodes();
     tangent.resize(packing.grains.size());
-    factor_.resize(packing.grains.size(), packing.model->factor);
+    if (factor_.size() != packing.grains.size()) {
+      factor_.clear();
+      for (Index g = 0; g < packing.grains.size(); ++g)
+        factor_.emplace_back().analyse(packing.model->pattern);
+    }
     own_.resize(packing.grains.size());
   }
 
   void add(const typename Boundary<Dim>::Sample& sample, const SurfaceContact<Dim>& contact,
-           const Matrix<Dim>& stiffness, const Matrix<Dim>& definite) {
+           const Matrix<Dim>& stiffness, const Matrix<Dim>& definite, const Vector<Dim>& force,
+           const Matrix<Dim>& turn) {
     auto& c = couplings.emplace_back();
     c.stiffness = stiffness;
     c.definite = definite;
@@ -55,6 +67,13 @@ class NewtonSystem {
       c.weight[0][i] = sample.weight[Index(i)];
     }
     if (contact.is_wall()) return;
+    c.turns = true;
+    c.turn = turn;
+    c.normal = contact.normal;
+    c.force = force;
+    c.dual = contact.tangents.dual;
+    c.normal_slope = contact.tangents.normal_slope;
+    c.gradient = contact.tangents.shape.derivative;
     c.body[1] = static_cast<std::int32_t>(contact.antagonist);
     c.n_nodes[1] = static_cast<std::int32_t>(contact.n_nodes);
     for (std::size_t i = 0; i < std::size_t(contact.n_nodes); ++i) {
@@ -71,6 +90,7 @@ class NewtonSystem {
         if (couplings[c].body[std::size_t(side)] >= 0)
           sides_[couplings[c].body[std::size_t(side)]].push_back({c, side});
     pull_.resize(couplings.size());
+    slide_.resize(couplings.size());
   }
 
   /// Factorises every grain with its own contacts. Where the sum is not positive definite (a grain near a
@@ -110,11 +130,11 @@ class NewtonSystem {
             z(Dim * i + axis, Dim + Dim * k + axis) = scale * (x(k, i) - centre[k]);
         }
       Eigen::MatrixXd product = Eigen::MatrixXd::Zero(n_, n_modes);
-      for (int m = 0; m < n_modes; ++m) tangent[g].add_product(pattern, z.col(m).data(), product.col(m).data());
+      for (int m = 0; m < n_modes; ++m)
+        tangent[g].add_product(pattern, z.col(m).data(), product.col(m).data());
       own[g] = z.transpose() * product;
     });
-    for (Index g = 0; g < n_grains; ++g)
-      coarse.block<n_modes, n_modes>(n_modes * g, n_modes * g) = own[g];
+    for (Index g = 0; g < n_grains; ++g) coarse.block<n_modes, n_modes>(n_modes * g, n_modes * g) = own[g];
     for (const auto& c : couplings) {
       std::array<Eigen::Matrix<double, Dim, n_modes>, 2> row;
       for (std::size_t s = 0; s < 2; ++s) {
@@ -136,9 +156,8 @@ class NewtonSystem {
   void apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
     y.setZero(x.size());
     const auto& pattern = packing_->model->pattern;
-    parallel_for(threads, packing_->grains.size(), [&](Index g) {
-      tangent[g].add_product(pattern, x.data() + n_ * g, y.data() + n_ * g);
-    });
+    parallel_for(threads, packing_->grains.size(),
+                 [&](Index g) { tangent[g].add_product(pattern, x.data() + n_ * g, y.data() + n_ * g); });
     // Pulls first, one a coupling; then every grain gathers its own: no two threads write to one place.
     constexpr Index chunk = 256;
     parallel_for(threads, (couplings.size() + chunk - 1) / chunk, [&](Index k) {
@@ -151,6 +170,14 @@ class NewtonSystem {
             relative += coupling.weight[s][i] *
                         x.template segment<Dim>(n_ * coupling.body[s] + Dim * coupling.node[s][i]);
         pull_[c].noalias() = coupling.stiffness * relative;
+        if (!coupling.turns) continue;
+        slide_[c].noalias() = coupling.dual.transpose() * relative;
+        Eigen::Matrix<double, Dim - 1, 1> tilt = Eigen::Matrix<double, Dim - 1, 1>::Zero();
+        for (std::size_t i = 0; i < std::size_t(coupling.n_nodes[1]); ++i)
+          tilt += coupling.normal.dot(
+                      x.template segment<Dim>(n_ * coupling.body[1] + Dim * coupling.node[1][i])) *
+                  coupling.gradient.row(Index(i)).transpose();
+        pull_[c] -= coupling.turn * (coupling.normal_slope * slide_[c] - coupling.dual * tilt);
       }
     });
     parallel_for(threads, packing_->grains.size(), [&](Index g) {
@@ -160,6 +187,10 @@ class NewtonSystem {
         const auto s = std::size_t(side);
         for (std::size_t i = 0; i < std::size_t(coupling.n_nodes[s]); ++i)
           Eigen::Map<Vector<Dim>>(base + Dim * coupling.node[s][i]) += coupling.weight[s][i] * pull_[c];
+        if (coupling.turns && side == 1)
+          for (std::size_t i = 0; i < std::size_t(coupling.n_nodes[1]); ++i)
+            Eigen::Map<Vector<Dim>>(base + Dim * coupling.node[1][i]) +=
+                coupling.gradient.row(Index(i)).dot(slide_[c]) * coupling.force;
       }
     });
   }
@@ -177,13 +208,13 @@ class NewtonSystem {
     Eigen::VectorXd rest(r.size());
     apply(z, rest);
     rest = r - rest;
-    parallel_for(threads, n_grains, [&](Index g) {
-      z.segment(n_ * g, n_) += factor_[g].solve(rest.segment(n_ * g, n_));
-    });
+    parallel_for(threads, n_grains,
+                 [&](Index g) { z.segment(n_ * g, n_) += factor_[g].solve(rest.segment(n_ * g, n_)); });
   }
 
  private:
-  static void add_own_stiffness(const BlockPattern& pattern, const Coupling& c, int side, BlockMatrix<Dim>& own) {
+  static void add_own_stiffness(const BlockPattern& pattern, const Coupling& c, int side,
+                                BlockMatrix<Dim>& own) {
     const auto s = std::size_t(side);
     for (std::size_t i = 0; i < std::size_t(c.n_nodes[s]); ++i)
       for (std::size_t j = 0; j < std::size_t(c.n_nodes[s]); ++j)
@@ -199,6 +230,7 @@ class NewtonSystem {
   Eigen::PartialPivLU<Eigen::MatrixXd> coarse_;
   Array<Array<std::pair<Index, int>>> sides_;
   mutable Array<Vector<Dim>> pull_;
+  mutable Array<Eigen::Matrix<double, Dim - 1, 1>> slide_;
 };
 
 }  // namespace jampack

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <chrono>
-
 #include <jampack/detection/surface_detection.hpp>
+#include <jampack/geometry/frame.hpp>
+#include <jampack/law/signorini.hpp>
 #include <jampack/problem/residual.hpp>
 #include <jampack/solver/gmres.hpp>
 #include <jampack/stepping/newton_system.hpp>
@@ -12,10 +13,10 @@ namespace jampack {
 
 /// How one implicit step is solved. The defaults are what docs/results/compaction.md measures to be best.
 struct SoftStepOptions {
-  double theta = 1;                ///< of the Moreau-Jean scheme, in [0.5, 1]
-  double tolerance = 2e-7;         ///< on the equilibrium residual and on the scaled contact residual
-  int max_iterations = 40;         ///< Newton iterations before the step is given up
-  double penalty = 8;              ///< augmentation, in units of the stiffness of a surface layer one edge thick
+  double theta = 1;         ///< of the Moreau-Jean scheme, in [0.5, 1]
+  double tolerance = 3e-7;  ///< on the equilibrium residual and on the scaled contact residual
+  int max_iterations = 30;  ///< Newton iterations before the step is given up
+  double penalty = 10;      ///< augmentation, in units of the stiffness of a surface layer one edge thick
   double linear_tolerance = 0.05;  ///< of the inner linear solves, relative
   double reach = 0.03;             ///< detection distance over the mean diameter
   Threads threads;
@@ -58,7 +59,8 @@ class SoftStep {
     if (report.converged) {
       for (Index g = 0; g < packing.grains.size(); ++g) {
         auto& grain = packing.grains[g];
-        grain.velocity = ((x_[g] - grain.position) / h - (1 - options.theta) * grain.velocity) / options.theta;
+        grain.velocity =
+            ((x_[g] - grain.position) / h - (1 - options.theta) * grain.velocity) / options.theta;
         grain.position = x_[g];
       }
     } else {
@@ -96,26 +98,36 @@ class SoftStep {
     bool fresh_factor = false;
     Index iterations_with_fresh_factor = 0;
 
+    contact_forces(packing);
+    balance(packing);
     for (;; ++report.iterations) {
-      contact_forces(packing);
-      balance(packing);
       report.equilibrium_residual = residual_norm_ / std::max(contact_norm_, tiny_);
       report.scaled_residual = contact_residual_;
-      if (residual_norm_ <= options.tolerance * contact_norm_ && contact_residual_ <= options.tolerance) {
+      if (residual_norm_ <= options.tolerance * contact_norm_ + round_off(packing) &&
+          contact_residual_ <= options.tolerance) {
         accept_forces();
         if (!find_contacts(packing)) {
           report.converged = true;
           return report;
         }
         contact_geometry(packing);
+        contact_forces(packing);
+        balance(packing);
         continue;
+      }
+      // The multipliers move only once balance at the old ones is ahead of the contact conditions.
+      if (residual_norm_ <= 0.3 * update_norm(packing)) {
+        accept_forces();
+        contact_forces(packing);
+        balance(packing);
       }
       if (report.iterations == options.max_iterations)
         return fail(report, "Newton's method did not converge in " + std::to_string(options.max_iterations) +
                                 " iterations");
 
       assemble_system(packing);
-      if (!fresh_factor || report.linear_iterations > last_linear_total_ + 2 * iterations_with_fresh_factor + 20) {
+      if (!fresh_factor ||
+          report.linear_iterations > last_linear_total_ + 2 * iterations_with_fresh_factor + 20) {
         system_.factorise();
         fresh_factor = true;
         last_linear_total_ = report.linear_iterations;
@@ -147,8 +159,8 @@ class SoftStep {
   bool internal_forces(const Packing& packing) {
     Array<char> good(packing.grains.size(), 1);
     parallel_for(options.threads, packing.grains.size(), [&](Index g) {
-      good[g] = packing.grains[g].internal_force_and_tangent(*packing.model, x_[g], force_[g],
-                                                             system_.tangent[g]);
+      good[g] =
+          packing.grains[g].internal_force_and_tangent(*packing.model, x_[g], force_[g], system_.tangent[g]);
     });
     return std::all_of(good.begin(), good.end(), [](char ok) { return ok != 0; });
   }
@@ -193,7 +205,7 @@ class SoftStep {
         const Vector<Dim> x =
             surfaces_[contact.candidate].sample_point(samples[contact.sample], x_[contact.candidate]);
         const auto& other = surfaces_[contact.antagonist];
-        contact.set(other.boundary(), other.project(x, contact.face));
+        contact.set(other, other.project(x, contact.face));
       }
     });
     for (auto& contact : walls.contact)
@@ -201,11 +213,15 @@ class SoftStep {
                                                          samples[contact.sample], x_[contact.candidate]));
   }
 
-  double penalty(const Packing& packing, const SurfaceContact<Dim>& contact) const {
+  /// Stiffness of a surface layer one edge thick under the area of one sample: about 1 / W_cc, so that the
+  /// contact residual measured with it is the scaled one.
+  double layer_stiffness(const Packing& packing, const SurfaceContact<Dim>& contact) const {
     const auto& boundary = packing.model->boundary;
-    const double d = packing.grains[contact.candidate].diameter;
-    const double size = Dim == 2 ? 1.0 : d;
-    return options.penalty * packing.model->material.young * boundary.sample_area / boundary.edge_length * size;
+    const double size = Dim == 2 ? 1.0 : packing.grains[contact.candidate].diameter;
+    return 8 * packing.model->material.young * boundary.sample_area / boundary.edge_length * size;
+  }
+  double penalty(const Packing& packing, const SurfaceContact<Dim>& contact) const {
+    return options.penalty * layer_stiffness(packing, contact);
   }
 
   /// Displacement of a contact in the step: gap along the normal, slip across it (eq. 5).
@@ -230,7 +246,9 @@ class SoftStep {
       const double rho = penalty(packing, contact);
       if constexpr (N == 1) {
         trial_pairs_[c][0] = std::max(0.0, pairs.reaction[c][0] - rho * contact.gap);
-        error += natural_map<1>(law, trial_pairs_[c], ContactVector<1>(contact.gap), rho).squaredNorm();
+        error += natural_map<1>(law, trial_pairs_[c], ContactVector<1>(contact.gap),
+                                layer_stiffness(packing, contact))
+                     .squaredNorm();
       } else {
         const auto& normal = contact.normal;
         const Vector<Dim> s = contact_displacement(packing, contact);
@@ -245,7 +263,8 @@ class SoftStep {
           trial_pairs_[c] = trial_normal * normal + tangential;
         }
         const auto frame = contact_frame<Dim>(normal);
-        error += natural_map<N>(law, ContactVector<N>(frame * trial_pairs_[c]), ContactVector<N>(frame * s), rho)
+        error += natural_map<N>(law, ContactVector<N>(frame * trial_pairs_[c]), ContactVector<N>(frame * s),
+                                layer_stiffness(packing, contact))
                      .squaredNorm();
       }
       size += trial_pairs_[c].squaredNorm();
@@ -254,7 +273,9 @@ class SoftStep {
       const auto& contact = walls.contact[c];
       const double rho = penalty(packing, contact);
       trial_walls_[c][0] = std::max(0.0, walls.reaction[c][0] - rho * contact.gap);
-      error += natural_map<1>(Signorini{}, trial_walls_[c], ContactVector<1>(contact.gap), rho).squaredNorm();
+      error += natural_map<1>(Signorini{}, trial_walls_[c], ContactVector<1>(contact.gap),
+                              layer_stiffness(packing, contact))
+                   .squaredNorm();
       size += trial_walls_[c].squaredNorm();
     }
     contact_residual_ = size > 0 ? std::sqrt(error / size) : std::sqrt(error);
@@ -285,7 +306,7 @@ class SoftStep {
     for (Index g = 0; g < n_grains; ++g) contact_nodal_[g].setZero(Dim, packing.n_nodes());
     scatter_all(packing, pairs, trial_pairs_, contact_nodal_);
     scatter_all(packing, walls, trial_walls_, contact_nodal_);
-    double error = 0, size = 0, loads = 0;
+    double error = 0, size = 0;
     for (Index g = 0; g < n_grains; ++g) {
       const auto& grain = packing.grains[g];
       const Nodal dv = ((x_[g] - grain.position) / h_ - grain.velocity) / options.theta;
@@ -293,12 +314,9 @@ class SoftStep {
       if (options.theta < 1) residual_[g] += (1 - options.theta) * old_force_[g];
       error += residual_[g].squaredNorm();
       size += contact_nodal_[g].squaredNorm();
-      loads += (dv * (grain.mass / h_).asDiagonal()).squaredNorm() + force_[g].squaredNorm();
     }
     residual_norm_ = std::sqrt(error);
     contact_norm_ = std::sqrt(size);
-    // Without contact the step is judged against the forces that are there.
-    if (size == 0) contact_norm_ = std::sqrt(loads) + tiny_;
   }
 
   void accept_forces() {
@@ -338,9 +356,13 @@ class SoftStep {
       const auto& contact = pairs.contact[c];
       const double rho = penalty(packing, contact);
       const auto& n = contact.normal;
+      const auto& m = contact.tangents.gap_gradient;
       const Matrix<Dim> nn = rho * n * n.transpose();
       if constexpr (N == 1) {
-        if (pairs.reaction[c][0] - rho * contact.gap > 0) system_.add(samples[contact.sample], contact, nn, nn);
+        const double trial = pairs.reaction[c][0] - rho * contact.gap;
+        if (trial > 0)
+          system_.add(samples[contact.sample], contact, Matrix<Dim>(rho * n * m.transpose()), nn, trial * n,
+                      trial * Matrix<Dim>::Identity());
       } else {
         const Vector<Dim> trial = pairs.reaction[c] - rho * contact_displacement(packing, contact);
         const double trial_normal = n.dot(trial);
@@ -349,13 +371,21 @@ class SoftStep {
         const double length = tangential.norm(), bound = law.friction * trial_normal;
         const Matrix<Dim> across = rho * Matrix<Dim>::Identity() - nn;
         if (length <= bound) {
-          const Matrix<Dim> stick = nn + across;
-          system_.add(samples[contact.sample], contact, stick, stick);
+          const Matrix<Dim> stick = across + rho * n * m.transpose();
+          system_.add(samples[contact.sample], contact, stick, Matrix<Dim>(nn + across), trial,
+                      Matrix<Dim>::Zero());
         } else {
           const Vector<Dim> t = tangential / length;
           const Matrix<Dim> definite = nn + bound / length * (across - rho * t * t.transpose());
+          // A stuck contact keeps its force while the normal turns; a slipping one turns with it (eq. 10).
+          const Matrix<Dim> off_slip = Matrix<Dim>::Identity() - t * t.transpose();
+          const Vector<Dim>& kept = trial;
+          const Matrix<Dim> turn = (n + law.friction * t) * pairs.reaction[c].transpose() +
+                                   trial_normal * Matrix<Dim>::Identity() -
+                                   bound / length * (trial_normal * off_slip + n * kept.transpose());
           system_.add(samples[contact.sample], contact,
-                      Matrix<Dim>(definite + rho * law.friction * t * n.transpose()), definite);
+                      Matrix<Dim>(definite - nn + rho * (n + law.friction * t) * m.transpose()), definite,
+                      Vector<Dim>(trial_normal * n + bound * t), turn);
         }
       }
     }
@@ -364,32 +394,47 @@ class SoftStep {
       const double rho = penalty(packing, contact);
       if (walls.reaction[c][0] - rho * contact.gap <= 0) continue;
       const Matrix<Dim> nn = rho * contact.normal * contact.normal.transpose();
-      system_.add(samples[contact.sample], contact, nn, nn);
+      system_.add(samples[contact.sample], contact, nn, nn, Vector<Dim>::Zero(), Matrix<Dim>::Zero());
     }
     system_.finish();
   }
 
   /// Moves x_ along dx, shortened until no cell is inverted and the residual at fixed multipliers does not
-  /// grow much; then, when balance is ahead of the contact conditions, moves the multipliers.
+  /// falls; where it does not fall at any, the
+  /// length that leaves the least of it is taken, for the next linearisation to do better.
   bool line_search(const Packing& packing, const Eigen::VectorXd& dx) {
     const Index n_grains = packing.grains.size(), n = Dim * packing.n_nodes();
     const auto start = x_;
     const double before = residual_norm_;
     const double edge = packing.model->boundary.edge_length * packing.mean_diameter();
     double length = std::min(1.0, 0.5 * edge / std::max(dx.lpNorm<Eigen::Infinity>(), tiny_));
-    for (int cut = 0; cut < 8; ++cut, length *= 0.5) {
+    double best = std::numeric_limits<double>::infinity(), best_length = 0;
+    auto go = [&](double along) {
       for (Index g = 0; g < n_grains; ++g)
-        x_[g] = start[g] + length * Eigen::Map<const Nodal>(dx.data() + n * g, Dim, packing.n_nodes());
-      if (!internal_forces(packing)) continue;
+        x_[g] = start[g] + along * Eigen::Map<const Nodal>(dx.data() + n * g, Dim, packing.n_nodes());
+      if (!internal_forces(packing)) return false;
       contact_geometry(packing);
       contact_forces(packing);
       balance(packing);
-      if (residual_norm_ <= 1.5 * before || cut == 7) {
-        if (residual_norm_ <= update_norm(packing)) accept_forces();
-        return true;
+      return true;
+    };
+    for (int cut = 0; cut < 6 || best_length == 0; ++cut, length *= 0.5) {
+      if (cut == 30) return false;
+      if (!go(length)) continue;
+      if (residual_norm_ <= (1 - 0.05 * length) * before) return true;
+      if (residual_norm_ < best) {
+        best = residual_norm_;
+        best_length = length;
       }
     }
-    return false;
+    go(best_length);
+    return true;
+  }
+
+  /// Forces that round-off alone leaves: nothing can be balanced better.
+  static double round_off(const Packing& packing) {
+    const double d = packing.mean_diameter();
+    return 1e-13 * packing.model->material.young * (Dim == 2 ? d : d * d);
   }
 
   static constexpr double tiny_ = std::numeric_limits<double>::min();
