@@ -67,16 +67,38 @@ double quadratic_gradients(const Eigen::Matrix<double, Dim, Mesh<Dim>::n_macro_n
   return jacobian.determinant();
 }
 
-/// Dim + 1 interior points of equal weight, exact for quadratic polynomials, in barycentric coordinates.
+/// A quadrature rule on the reference simplex: barycentric points, and weights that sum to 1.
+template <int Dim, std::size_t N>
+struct SimplexRule {
+  std::array<Eigen::Matrix<double, Dim + 1, 1>, N> points;
+  std::array<double, N> weights;
+};
+
+/// Dim + 1 interior points of equal weight, exact for quadratic polynomials.
 template <int Dim>
-std::array<Eigen::Matrix<double, Dim + 1, 1>, Dim + 1> quadratic_points() {
-  std::array<Eigen::Matrix<double, Dim + 1, 1>, Dim + 1> points;
+SimplexRule<Dim, Dim + 1> quadratic_rule() {
+  SimplexRule<Dim, Dim + 1> rule;
   const double near = Dim == 2 ? 2.0 / 3 : (5 + 3 * std::sqrt(5.0)) / 20;
-  for (int q = 0; q <= Dim; ++q) {
-    points[static_cast<std::size_t>(q)].setConstant((1 - near) / Dim);
-    points[static_cast<std::size_t>(q)][q] = near;
+  for (std::size_t q = 0; q <= Dim; ++q) {
+    rule.points[q].setConstant((1 - near) / Dim);
+    rule.points[q][static_cast<Index>(q)] = near;
+    rule.weights[q] = 1.0 / (Dim + 1);
   }
-  return points;
+  return rule;
+}
+
+/// Dim + 2 points, exact for cubic polynomials; the weight of the centre is negative, so not for energies.
+template <int Dim>
+SimplexRule<Dim, Dim + 2> cubic_rule() {
+  SimplexRule<Dim, Dim + 2> rule;
+  for (std::size_t q = 0; q <= Dim; ++q) {
+    rule.points[q].setConstant(1.0 / (Dim + 3));
+    rule.points[q][static_cast<Index>(q)] = 3.0 / (Dim + 3);
+    rule.weights[q] = (Dim + 3.0) * (Dim + 3.0) / (4.0 * (Dim + 1) * (Dim + 2));
+  }
+  rule.points[Dim + 1].setConstant(1.0 / (Dim + 1));
+  rule.weights[Dim + 1] = 1 - (Dim + 1) * rule.weights[0];
+  return rule;
 }
 
 }  // namespace jampack
