@@ -15,17 +15,16 @@ template <int N>
 inline void add_rows_times(const double* rows, Index width, const double* x, ContactVector<N>& u) {
   using Lanes [[gnu::vector_size(64)]] = double;
   constexpr Index lanes = 8;
-  const auto load = [](const double* from) {
-    Lanes values;
-    std::memcpy(&values, from, sizeof values);
-    return values;
-  };
   const Index whole = width - width % lanes;
   if (whole > 0) {
     Lanes sum[N] = {};
     for (Index j = 0; j < whole; j += lanes) {
-      const Lanes factor = load(x + j);
-      for (int i = 0; i < N; ++i) sum[i] += load(rows + i * width + j) * factor;
+      Lanes factor, row;
+      std::memcpy(&factor, x + j, sizeof factor);
+      for (int i = 0; i < N; ++i) {
+        std::memcpy(&row, rows + i * width + j, sizeof row);
+        sum[i] += row * factor;
+      }
     }
     for (int i = 0; i < N; ++i)
       u[i] += ((sum[i][0] + sum[i][4]) + (sum[i][1] + sum[i][5])) +

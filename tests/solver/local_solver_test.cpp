@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <jampack/law/hertz_check.hpp>
+#include <jampack/solver/local_solver.hpp>
+#include <random>
+
+#include "../catch.hpp"
+
+using namespace jampack;
+
+namespace {
+
+// Relative natural map: the certificate of a solution, whatever found it.
+template <int N, class Law>
+double error_of(const Law& law, const Eigen::Matrix<double, N, N>& w, const ContactVector<N>& b,
+                const ContactVector<N>& r) {
+  const double rho = N / w.trace();
+  return natural_map<N>(law, r, ContactVector<N>(w * r + b), rho).norm() / std::max(r.norm(), rho * b.norm());
+}
+
+template <int N>
+Eigen::Matrix<double, N, N> random_matrix(std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  Eigen::Matrix<double, N, N> a;
+  for (Index i = 0; i < a.size(); ++i) a.data()[i] = normal(random);
+  return a;
+}
+
+// Slow reference in 3D: the slip direction by bisection between 4000 angles.
+int slip_solutions(double friction, const Matrix<3>& w, const Vector<3>& b, Array<Vector<3>>& found) {
+  const SlipEquation equation(w, b, friction);
+  const auto g = [&](double angle) { return equation.misfit(std::cos(angle), std::sin(angle)); };
+  constexpr int n = 4000;
+  for (int k = 0; k < n; ++k) {
+    double low = 2 * std::numbers::pi * k / n, high = 2 * std::numbers::pi * (k + 1) / n;
+    if ((g(low) > 0) == (g(high) > 0)) continue;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (low + high);
+      ((g(middle) > 0) == (g(low) > 0) ? low : high) = middle;
+    }
+    const Eigen::Vector2d d(std::cos(low), std::sin(low));
+    const double stiffness = equation.normal_stiffness(d[0], d[1]);
+    if (stiffness <= 0 || equation.speed(d[0], d[1]) < 0) continue;
+    const double normal = -b[0] / stiffness;
+    found.push_back(Vector<3>(normal, -friction * normal * d[0], -friction * normal * d[1]));
+  }
+  return static_cast<int>(found.size());
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE_SIG("A million random local problems, unsymmetric ones among them, at any scale", "",
+                       ((int N), N), 1, 2, 3) {
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(0, 1);
+  double worst = 0;
+  for (int k = 0; k < 1000000; ++k) {
+    const auto a = random_matrix<N>(random);
+    Eigen::Matrix<double, N, N> w = a * a.transpose() + 1e-3 * Eigen::Matrix<double, N, N>::Identity();
+    if (k % 3 == 0) w += 1e-4 * random_matrix<N>(random);
+    const double unit_of_w = std::pow(10, 18 * uniform(random) - 9),
+                 unit_of_u = std::pow(10, 18 * uniform(random) - 9);
+    w *= unit_of_w;
+    ContactVector<N> b, guess;
+    for (int i = 0; i < N; ++i) {
+      b[i] = unit_of_u * normal(random);
+      guess[i] = unit_of_u / unit_of_w * normal(random);
+    }
+    const SignoriniCoulomb law{k % 5 == 0 ? 0.0 : std::pow(10, 3 * uniform(random) - 2)};
+    const ContactVector<N> r = LocalSolver<N>(w).solve(law, ContactVector<N>(w * guess + b), guess);
+    worst = std::max(worst, error_of<N>(law, w, b, r));
+  }
+  CHECK(worst < 1e-8);  // blocks reach a condition number of 1e4 and more
+}
+
+TEST_CASE("The local solution in 3D is one of those a slow search finds") {
+  std::mt19937_64 random(12);
+  std::normal_distribution<double> normal;
+  int n_slipping = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const Matrix<3> a = random_matrix<3>(random), w = a * a.transpose() + 1e-2 * Matrix<3>::Identity();
+    const Vector<3> b(-std::abs(normal(random)), normal(random), normal(random));
+    const SignoriniCoulomb law{0.3};
+    const Vector<3> r = LocalSolver<3>(w).solve(law, b, Vector<3>::Zero().eval()), u = w * r + b;
+    if (u.norm() < 1e-9 * b.norm()) continue;  // sticks
+    Array<Vector<3>> solutions;
+    slip_solutions(law.friction, w, b, solutions);
+    REQUIRE(!solutions.empty());
+    double nearest = 1e300;
+    for (const auto& solution : solutions) nearest = std::min(nearest, (solution - r).norm());
+    REQUIRE(nearest <= 1e-9 * r.norm());
+    ++n_slipping;
+  }
+  CHECK(n_slipping > 500);
+}
+
+TEST_CASE("Singular blocks: any solution will do, and it is one") {
+  std::mt19937_64 random(13);
+  std::normal_distribution<double> normal;
+  double worst = 0;
+  for (int k = 0; k < 20000; ++k) {
+    // Rank 2 or 1 with q in the range of W and pressing: a reaction on the axis solves the normal part.
+    Matrix<3> w = Matrix<3>::Zero();
+    for (int rank = 0; rank < 1 + k % 2; ++rank) {
+      const Vector<3> x(1, 0.3 * normal(random), 0.3 * normal(random));
+      w += x * x.transpose();
+    }
+    const Vector<3> r_wanted(1 + std::abs(normal(random)), 0, 0);
+    const Vector<3> b = -(w * r_wanted);
+    const SignoriniCoulomb law{0.5};
+    const Vector<3> r = LocalSolver<3>(w).solve(law, b, Vector<3>::Zero().eval());
+    worst = std::max(worst, error_of<3>(law, w, b, r));
+  }
+  CHECK(worst < 1e-6);
+}
+
+TEST_CASE("A zero block leaves the reaction or opens the contact, in finite numbers") {
+  const LocalSolver<3> solver(Matrix<3>::Zero().eval());
+  const SignoriniCoulomb law{0.5};
+  const Vector<3> r(1, 0.1, 0);
+  CHECK(solver.solve(law, Vector<3>(1, 0, 0), r) == Vector<3>::Zero());
+  CHECK(solver.solve(law, Vector<3>(-1, 0, 0), r) == r);
+}
+
+TEST_CASE("The isotropic block gives what the full block gives") {
+  std::mt19937_64 random(14);
+  std::normal_distribution<double> normal;
+  const IsotropicBlock block{2, 7};
+  const LocalSolver<3, IsotropicBlock> isotropic(block);
+  const LocalSolver<3> full(full_block<3>(block));
+  for (int k = 0; k < 10000; ++k) {
+    const Vector<3> b(normal(random), normal(random), normal(random));
+    const SignoriniCoulomb law{0.4};
+    const Vector<3> zero = Vector<3>::Zero();
+    REQUIRE((isotropic.solve(law, b, zero) - full.solve(law, b, zero)).norm() <= 1e-13);
+    const CompliantContact compliant{3, 2.0 / 3, 0.4};
+    const Vector<3> x = isotropic.solve(compliant, b, zero), y = full.solve(compliant, b, zero);
+    REQUIRE((x - y).norm() <= 1e-12);
+    REQUIRE(error_of<3>(compliant, full_block<3>(block), b, x) < 1e-12);
+  }
+}
