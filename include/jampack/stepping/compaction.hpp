@@ -36,7 +36,10 @@ class Compaction {
   Index n_failed = 0;
   double strain = 0;         ///< size of the next step
   double last_duration = 0;  ///< h of the last accepted step
+  double last_pressure = 0;  ///< after it, >= 0; with `strain` and `last_duration` what a resumed run needs
   SoftStepReport report;     ///< of the last accepted step
+  /// Of each grain at the start of the last accepted step; empty before the first. For the audit.
+  Array<typename Packing::Nodal> position_before, velocity_before;
 
   Compaction(Packing start, Law law, CompactionOptions compaction, SoftStepOptions step_options)
       : packing(std::move(start)),
@@ -80,13 +83,18 @@ class Compaction {
     double distance = 0;
     for (const double d : room.distance) distance += d / double(room.n_walls());
     const double young = packing.model->material.young;
-    const double pressure = std::max(last_pressure_ / young, options.least_pressure);
+    const double pressure = std::max(last_pressure / young, options.least_pressure);
     // At high pressure the walls may run faster: inertia stays as small beside P, and steadies the step.
     const double number =
         std::min(std::sqrt(options.kinetic_ratio * pressure),
                  std::max(options.inertial_number, std::sqrt(1e-2 * options.kinetic_ratio * pressure)));
     const double speed = number * std::sqrt(young / packing.model->material.density);
     const double h = (1 - shrink) * room.scale * distance / speed;
+    Array<typename Packing::Nodal> position, velocity;
+    for (const auto& grain : packing.grains) {
+      position.push_back(grain.position);
+      velocity.push_back(grain.velocity);
+    }
     const auto attempt = step.advance(packing, h, shrink * room.scale);
     n_iterations += attempt.iterations;
     n_linear_iterations += attempt.linear_iterations;
@@ -94,14 +102,13 @@ class Compaction {
     if (!attempt.converged) return false;
     ++n_steps;
     last_duration = h;
-    last_pressure_ = std::max(0.0, this->pressure());
+    position_before = std::move(position);
+    velocity_before = std::move(velocity);
+    last_pressure = std::max(0.0, this->pressure());
     if (attempt.iterations <= options.easy_iterations)
       strain = std::max(strain, std::min(1.5 * size, options.max_strain));
     return true;
   }
-
- private:
-  double last_pressure_ = 0;
 };
 
 }  // namespace jampack
