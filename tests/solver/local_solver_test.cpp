@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <jampack/core/dimension.hpp>
 #include <jampack/law/hertz_check.hpp>
 #include <jampack/solver/local_solver.hpp>
+#include <numbers>
 #include <random>
 
 #include "../catch.hpp"

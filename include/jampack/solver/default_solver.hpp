@@ -13,7 +13,7 @@ namespace jampack {
 /// those give up, longer sweeps and another start, in turn. The choice depends on residuals and counts, never
 /// on a clock.
 struct DefaultSolver {
-  StoppingCriterion stop;
+  StoppingCriterion stop{};
   Index patience =
       300;  ///< sweeps that the rate of convergence may promise before Newton's method takes over
   Index max_newton_contacts = 20000;  ///< beyond, W is not factorised: sweeps only

@@ -21,7 +21,7 @@ enum class SweepOrder {
 /// (M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235). Stops on scaled_residual, recomputed from
 /// W r + q; the sum of the changes of a sweep only decides when that test is worth its price.
 struct GaussSeidel {
-  StoppingCriterion stop;
+  StoppingCriterion stop{};
   SweepOrder order = SweepOrder::natural;
   double relaxation = 1;  ///< in (0, 2): factor on each change of a reaction
   std::uint64_t seed = 1;

@@ -13,7 +13,7 @@ namespace jampack {
 
 /// Exact solution of one contact, u = W r + b with the law between r and u, everything else held fixed. It
 /// cannot stick: the states open, sticking and slipping are enumerated, slip by all roots of its equation
-/// (docs/theory/contact_solvers.md, section 3). Made once a contact for its block W = W_cc.
+/// (docs/theory/contact_solvers.md, section 4). Made once a contact for its block W = W_cc.
 ///
 /// A block that is singular (or not positive) is solved by proximal steps around the present reaction, whose
 /// fixed points are solutions of the unchanged problem.
