@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <concepts>
 #include <jampack/problem/residual.hpp>
 #include <limits>
@@ -54,6 +55,8 @@ class BestIterate {
     require(r.size() == problem.free_velocity.size() && r.allFinite(),
             "contact solver: the first guess has the wrong size or is not finite");
     require(stop.tolerance > 0, "contact solver: the tolerance must be > 0");
+    for (Index i = 0; i < r.size(); ++i)
+      load_ = std::hypot(load_, rho_[i / Problem::n_unknowns] * problem.free_velocity[i]);
     judge(r);
   }
 
@@ -64,12 +67,15 @@ class BestIterate {
     const double now = stop_.strict
                            ? std::max(scaled_residual(problem_, rho_, r, u_, true), residual(problem_, r, u_))
                            : scaled;
-    if (now < value_) {
-      value_ = now;
+    // An infeasible problem lets r grow without end, and any residual relative to |r| fall: beyond a million
+    // times what the loads would explain, it is taken relative to the loads.
+    const double judged = now * std::max(1.0, 1e-6 * r.norm() / std::max(load_, 1e-300));
+    if (judged < value_) {
+      value_ = judged;
       scaled_ = scaled;
       best_ = r;
     }
-    return now;
+    return judged;
   }
 
   bool converged() const { return value_ <= stop_.tolerance; }
@@ -88,6 +94,7 @@ class BestIterate {
   StoppingCriterion stop_;
   Array<double> rho_;
   Eigen::VectorXd best_, u_;
+  double load_ = 0;  // |rho q|
   double value_ = std::numeric_limits<double>::infinity(), scaled_ = value_;
 };
 
