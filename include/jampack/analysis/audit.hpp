@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <jampack/analysis/audit_compliance.hpp>
+#include <jampack/analysis/audit_penetration.hpp>
+#include <jampack/analysis/audit_report.hpp>
+#include <jampack/analysis/audit_state.hpp>
+#include <jampack/geometry/frame.hpp>
+#include <jampack/law/friction_cone.hpp>
+#include <jampack/mesh/boundary_surface.hpp>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <tuple>
+
+namespace jampack {
+
+/// Recomputes by brute force what must be true of a stored state, sharing no code with detection/, solver/
+/// and stepping/. See audit() below.
+template <class Element, class Material, int Dim>
+class Audit {
+ public:
+  using Nodal = typename StoredGrain<Dim>::Nodal;
+
+  Audit(const StoredState<Dim>& state, Threads threads)
+      : state_(state), threads_(threads), boundary_(make_boundary(state.mesh)) {
+    require(!state.grains.empty(), "audit: there is no grain");
+    material_.young = state.young;
+    material_.poisson = state.poisson;
+    material_.density = state.density;
+    for (const auto& grain : state.grains) mean_diameter_ += grain.diameter / double(state.grains.size());
+    within_ = 0.1 * mean_diameter_;
+    h_ = state.progress.last_duration;
+  }
+
+  AuditReport run() {
+    prepare_grains();
+    project_contacts();
+    balance();
+    contact_conditions();
+    network();
+    const auto penetration =
+        audit_penetration(surfaces_, state_.room, within_, 1e-3 * mean_diameter_, threads_);
+    report_.max_penetration_over_d = penetration.depth / mean_diameter_;
+    report_.overlap_over_solid = penetration.overlap / report_.solid_volume;
+    report_.self_penetration_over_d = penetration.self_depth / mean_diameter_;
+    return report_;
+  }
+
+ private:
+  using Surface = AuditSurface<Dim>;
+  using Sample = typename Boundary<Dim>::Sample;
+
+  /// A contact point found afresh.
+  struct Point {
+    Index candidate, antagonist;  ///< antagonist: grain, or -1 - wall
+    const Sample* sample;
+    Vector<Dim> force;  ///< on the candidate
+    typename Surface::Projection at;
+    Index n_unknowns;
+  };
+
+  void prepare_grains() {
+    const Index n = state_.grains.size();
+    cells_.resize(n);
+    mass_.resize(n);
+    force_.resize(n);
+    report_.min_jacobian = std::numeric_limits<double>::infinity();
+    Array<double> smallest(n), moved(n), volume(n);
+    Array<std::optional<Surface>> surfaces(n);
+    parallel_for(threads_, n, [&](Index g) {
+      const auto& grain = state_.grains[g];
+      const Index n_nodes = state_.mesh.nodes.size();
+      cells_[g] = Element::cells(state_.mesh, grain.diameter, grain.rotation);
+      mass_[g] = Eigen::VectorXd::Zero(n_nodes);
+      smallest[g] = std::numeric_limits<double>::infinity();
+      for (const auto& cell : cells_[g]) {
+        typename Element::VolumeShares shares = Element::VolumeShares::Zero();
+        Element::add_volume_shares(cell, shares);
+        for (int i = 0; i < Element::n_nodes; ++i)
+          mass_[g][cell.node[std::size_t(i)]] += state_.density * shares[i];
+        smallest[g] = std::min(smallest[g], Element::min_jacobian(cell, gather(cell, grain.position)));
+      }
+      force_[g] = internal_force(g, grain.position);
+      if (h_ > 0) {
+        force_[g] *= state_.theta;
+        if (state_.theta < 1) force_[g] += (1 - state_.theta) * internal_force(g, grain.position_before);
+        moved[g] = (grain.position - grain.position_before -
+                    h_ * (state_.theta * grain.velocity + (1 - state_.theta) * grain.velocity_before))
+                       .colwise()
+                       .norm()
+                       .maxCoeff();
+      }
+      surfaces[g].emplace(state_.mesh, grain.position);
+      volume[g] = surfaces[g]->volume();
+    });
+    for (Index g = 0; g < n; ++g) {
+      surfaces_.push_back(std::move(*surfaces[g]));
+      report_.min_jacobian = std::min(report_.min_jacobian, smallest[g]);
+      report_.kinematic_error = std::max(report_.kinematic_error, moved[g] / mean_diameter_);
+      report_.solid_volume += volume[g];
+    }
+    report_.room_volume = state_.room.volume();
+    report_.packing_fraction = report_.solid_volume / report_.room_volume;
+  }
+
+  static typename Element::Nodal gather(const typename Element::Cell& cell, const Nodal& x) {
+    typename Element::Nodal local;
+    for (int i = 0; i < Element::n_nodes; ++i) local.col(i) = x.col(cell.node[std::size_t(i)]);
+    return local;
+  }
+
+  /// NaN where a cell is inverted: then nothing is in balance.
+  Nodal internal_force(Index g, const Nodal& x) const {
+    Nodal sum = Nodal::Zero(Dim, x.cols());
+    typename Element::Nodal f;
+    for (const auto& cell : cells_[g]) {
+      if (!Element::force(cell, material_, gather(cell, x), f))
+        f.setConstant(std::numeric_limits<double>::quiet_NaN());
+      for (int i = 0; i < Element::n_nodes; ++i) sum.col(cell.node[std::size_t(i)]) += f.col(i);
+    }
+    return sum;
+  }
+
+  static Vector<Dim> at_sample(const Sample& sample, const Nodal& x) {
+    Vector<Dim> sum = Vector<Dim>::Zero();
+    for (Index i = 0; i < sample.n; ++i) sum += sample.weight[i] * x.col(sample.node[std::size_t(i)]);
+    return sum;
+  }
+
+  /// Every stored contact that carries force, and every sample that penetrates, at its projection now.
+  void project_contacts() {
+    using Key = std::tuple<Index, Index, Index>;
+    std::map<Key, Vector<Dim>> loaded;
+    std::set<Key> known;
+    const auto take = [&](const auto& contacts) {
+      for (const auto& c : contacts) {
+        require(c.sample < boundary_.samples.size(), "audit: a contact lies where the mesh has no sample");
+        known.insert({c.candidate, c.sample, c.antagonist});
+        if (!c.reaction.isZero(0)) loaded[{c.candidate, c.sample, c.antagonist}] = c.reaction;
+      }
+    };
+    take(state_.pairs);
+    take(state_.walls);
+    const Index n = state_.grains.size();
+    Array<Array<Point>> found(n);
+    Array<Index> missed(n, 0);
+    parallel_for(threads_, n, [&](Index a) {
+      for (Index s = 0; s < boundary_.samples.size(); ++s) {
+        const Sample& sample = boundary_.samples[s];
+        const Vector<Dim> x = at_sample(sample, state_.grains[a].position);
+        const auto visit = [&](Index antagonist, auto project, Index n_unknowns) {
+          const auto load = loaded.find({a, s, antagonist});
+          const bool carries = load != loaded.end();
+          if (!carries && antagonist >= 0 && !surfaces_[antagonist].may_reach(x, 0)) return;
+          const typename Surface::Projection p = project();
+          if (!carries && !(p.gap < 0)) return;
+          if (p.gap < -1e-6 * mean_diameter_ && known.find({a, s, antagonist}) == known.end()) ++missed[a];
+          Point point{a, antagonist, &sample, Vector<Dim>::Zero(), p, n_unknowns};
+          if (carries) {
+            if (n_unknowns == 1)
+              point.force = load->second[0] * p.normal;
+            else
+              point.force = load->second;
+          }
+          found[a].push_back(point);
+        };
+        for (Index w = 0; w < state_.room.n_walls(); ++w)
+          visit(
+              -1 - w,
+              [&] {
+                typename Surface::Projection p;
+                p.normal = state_.room.normal[w];
+                p.gap = p.normal.dot(x - state_.room.centre) + state_.room.scale * state_.room.distance[w];
+                return p;
+              },
+              1);
+        for (Index b = 0; b < n; ++b)
+          if (b != a)
+            visit(
+                b, [&] { return surfaces_[b].project(x, within_); }, state_.n_pair_unknowns);
+      }
+    });
+    for (Index a = 0; a < n; ++a) {
+      points_.insert(points_.end(), found[a].begin(), found[a].end());
+      report_.n_missed += missed[a];
+    }
+  }
+
+  /// Adds the nodal forces of a contact point.
+  template <class Add>
+  void spread(const Point& point, Add add) const {
+    for (Index i = 0; i < point.sample->n; ++i)
+      add(point.candidate, point.sample->node[std::size_t(i)], point.sample->weight[i]);
+    if (point.antagonist < 0 || point.at.face < 0) return;
+    const auto& face = state_.mesh.faces[point.at.face];
+    const auto weight = surfaces_[point.antagonist].weights(point.at.face, point.at.xi);
+    for (Index i = 0; i < face.n_nodes; ++i) add(point.antagonist, face.node[std::size_t(i)], -weight[i]);
+  }
+
+  void balance() {
+    Array<Nodal> contact(state_.grains.size());
+    for (auto& f : contact) f = Nodal::Zero(Dim, state_.mesh.nodes.size());
+    for (const Point& point : points_)
+      if (!point.force.isZero(0))
+        spread(point, [&](Index g, Index node, double w) { contact[g].col(node) += w * point.force; });
+    double error = 0, size = 0;
+    for (Index g = 0; g < state_.grains.size(); ++g) {
+      Nodal residual = force_[g] - contact[g];
+      if (h_ > 0)
+        residual +=
+            (state_.grains[g].velocity - state_.grains[g].velocity_before) * (mass_[g] / h_).asDiagonal();
+      error += residual.squaredNorm();
+      size += contact[g].squaredNorm();
+    }
+    // Without a contact force there is no scale but the grains' own stiffness.
+    const double scale = size > 0 ? std::sqrt(size) : state_.young * std::pow(mean_diameter_, Dim - 1) * 1e-6;
+    report_.equilibrium_residual = std::sqrt(error) / scale;
+  }
+
+  /// Natural map of the contact conditions; displacements stand for velocities and forces for impulses, which
+  /// scales both by h.
+  void contact_conditions() {
+    const Index n = state_.grains.size();
+    // Before the first step there is no duration: an elastic wave's through a grain.
+    const double h = h_ > 0 ? h_ : mean_diameter_ * std::sqrt(state_.density / state_.young);
+    Array<char> touched(n, 0);
+    for (const Point& point : points_) {
+      touched[point.candidate] = 1;
+      if (point.antagonist >= 0) touched[point.antagonist] = 1;
+    }
+    Array<std::unique_ptr<Compliance>> compliance(n);
+    parallel_for(threads_, n, [&](Index g) {
+      if (touched[g])
+        compliance[g] = std::make_unique<Compliance>(state_.mesh, cells_[g], material_,
+                                                     state_.grains[g].position, mass_[g], state_.theta, h);
+    });
+    double error = 0, size = 0;
+    for (const Point& point : points_) {
+      double trace = 0;
+      const auto add = [&](Index g, const Index* node, const double* weight, Index n_nodes) {
+        for (Index i = 0; i < n_nodes; ++i)
+          for (Index j = 0; j <= i; ++j) {
+            const double w = (i == j ? 1 : 2) * weight[i] * weight[j];
+            if (w == 0) continue;
+            for (int a = 0; a < Dim; ++a) {
+              if (point.n_unknowns > 1) {
+                trace += w * compliance[g]->entry(node[i], a, node[j], a);
+              } else {
+                for (int b = 0; b < Dim; ++b)
+                  trace += w * point.at.normal[a] * point.at.normal[b] *
+                           compliance[g]->entry(node[i], a, node[j], b);
+              }
+            }
+          }
+      };
+      add(point.candidate, point.sample->node.data(), point.sample->weight.data(), point.sample->n);
+      if (point.antagonist >= 0 && point.at.face >= 0) {
+        const auto& face = state_.mesh.faces[point.at.face];
+        const auto weight = surfaces_[point.antagonist].weights(point.at.face, point.at.xi);
+        add(point.antagonist, face.node.data(), weight.data(), face.n_nodes);
+      }
+      size += point.force.squaredNorm();
+      error += natural_map(point, double(point.n_unknowns) / trace);
+    }
+    report_.scaled_residual = size > 0 ? std::sqrt(error / size) : std::sqrt(error);
+  }
+
+  /// Square of r - P_K(r - rho (s + friction |s_T| n)), s the displacement of the contact in the step: the
+  /// gap at its end along the normal, the slip across.
+  double natural_map(const Point& point, double rho) const {
+    if (point.n_unknowns == 1) {
+      const ContactVector<1> r(point.force.dot(point.at.normal)), z(r[0] - rho * point.at.gap);
+      return (r - project_on_friction_cone<1>(z, 0)).squaredNorm();
+    }
+    Vector<Dim> relative = Vector<Dim>::Zero();
+    spread(point, [&](Index g, Index node, double w) {
+      relative += w * (state_.grains[g].position.col(node) - state_.grains[g].position_before.col(node));
+    });
+    const auto frame = contact_frame<Dim>(point.at.normal);
+    const ContactVector<Dim> r = frame * point.force;
+    ContactVector<Dim> s = frame * relative;
+    s[0] = point.at.gap;
+    const ContactVector<Dim> z = r - rho * de_saxce_velocity<Dim>(s, state_.friction);
+    return (r - project_on_friction_cone<Dim>(z, state_.friction)).squaredNorm();
+  }
+
+  /// Vector sums of the points between each two bodies, and what follows from them.
+  void network() {
+    const Index n = state_.grains.size(), n_walls = state_.room.n_walls();
+    std::map<std::pair<Index, Index>, Vector<Dim>> total;  // lower grain (or grain at a wall), other
+    Array<double> wall_force(n_walls, 0.0);
+    for (const Point& point : points_) {
+      if (point.force.isZero(0)) continue;
+      ++report_.n_contact_points;
+      const bool swapped = point.antagonist >= 0 && point.antagonist < point.candidate;
+      const std::pair key = swapped ? std::pair(point.antagonist, point.candidate)
+                                    : std::pair(point.candidate, point.antagonist);
+      const Vector<Dim> force = swapped ? Vector<Dim>(-point.force) : point.force;
+      if (const auto [place, is_new] = total.emplace(key, force); !is_new) place->second += force;
+      if (point.antagonist < 0) wall_force[-1 - point.antagonist] += point.force.dot(point.at.normal);
+    }
+    double all_walls = 0;
+    for (Index w = 0; w < n_walls; ++w) {
+      all_walls += wall_force[w] / double(n_walls);
+      report_.pressure +=
+          wall_force[w] * state_.room.scale * state_.room.distance[w] / (Dim * report_.room_volume);
+    }
+    for (Index v = 0; v < n_walls; ++v)
+      for (Index w = 0; w < v; ++w)
+        if (state_.room.normal[v].dot(state_.room.normal[w]) < -1 + 1e-12 && all_walls > 0)
+          report_.wall_imbalance =
+              std::max(report_.wall_imbalance, std::abs(wall_force[v] - wall_force[w]) / all_walls);
+
+    const double counts = 1e-4 * report_.pressure * std::pow(mean_diameter_, Dim - 1);
+    Array<Vector<Dim>> net(n, Vector<Dim>::Zero());
+    Array<double> sum(n, 0.0);
+    for (const auto& [bodies, force] : total) {
+      const auto [a, b] = bodies;
+      net[a] += force;
+      sum[a] += force.norm();
+      if (b >= 0) {
+        net[b] -= force;
+        sum[b] += force.norm();
+      }
+      if (force.norm() <= counts) continue;
+      (b >= 0 ? report_.coordination : report_.wall_contacts) += (b >= 0 ? 2.0 : 1.0) / double(n);
+    }
+    // A grain whose forces are too small to count as contacts is loose and may fly.
+    for (Index g = 0; g < n; ++g)
+      if (sum[g] > counts)
+        report_.grain_imbalance = std::max(report_.grain_imbalance, net[g].norm() / sum[g]);
+  }
+
+  using Compliance = AuditCompliance<Element, Material, Dim>;
+
+  const StoredState<Dim>& state_;
+  Threads threads_;
+  Boundary<Dim> boundary_;
+  Material material_;
+  double mean_diameter_ = 0, within_ = 0, h_ = 0;
+  Array<Array<typename Element::Cell>> cells_;
+  Array<Eigen::VectorXd> mass_;
+  Array<Nodal> force_;  ///< internal, weighted by theta over the step
+  Array<Surface> surfaces_;
+  Array<Point> points_;
+  AuditReport report_;
+};
+
+/// The audit of a stored state. `Element` and `Material` must be those the state names; throws InvalidInput
+/// otherwise and where the state cannot be audited at all.
+///
+/// scaled_residual is taken relative to |r| alone, not to max(|r|, |rho q|): a stricter measure.
+template <class Element, class Material, int Dim>
+AuditReport audit(const StoredState<Dim>& state, Threads threads = {}) {
+  require(state.element == Element::name, "audit: the state has element " + state.element);
+  return Audit<Element, Material, Dim>(state, threads).run();
+}
+
+}  // namespace jampack
