@@ -2,12 +2,10 @@
 #pragma once
 
 #include <jampack/analysis/audit_compliance.hpp>
+#include <jampack/analysis/audit_network.hpp>
 #include <jampack/analysis/audit_penetration.hpp>
-#include <jampack/analysis/audit_report.hpp>
-#include <jampack/analysis/audit_state.hpp>
 #include <jampack/geometry/frame.hpp>
 #include <jampack/law/friction_cone.hpp>
-#include <jampack/mesh/boundary_surface.hpp>
 #include <map>
 #include <memory>
 #include <optional>
@@ -39,7 +37,7 @@ class Audit {
     project_contacts();
     balance();
     contact_conditions();
-    network();
+    audit_network(state_, mean_diameter_, points_, report_);
     const auto penetration =
         audit_penetration(surfaces_, state_.room, within_, 1e-3 * mean_diameter_, threads_);
     report_.max_penetration_over_d = penetration.depth / mean_diameter_;
@@ -52,14 +50,7 @@ class Audit {
   using Surface = AuditSurface<Dim>;
   using Sample = typename Boundary<Dim>::Sample;
 
-  /// A contact point found afresh.
-  struct Point {
-    Index candidate, antagonist;  ///< antagonist: grain, or -1 - wall
-    const Sample* sample;
-    Vector<Dim> force;  ///< on the candidate
-    typename Surface::Projection at;
-    Index n_unknowns;
-  };
+  using Point = AuditContact<Dim>;
 
   void prepare_grains() {
     const Index n = state_.grains.size();
@@ -284,53 +275,6 @@ class Audit {
     s[0] = point.at.gap;
     const ContactVector<Dim> z = r - rho * de_saxce_velocity<Dim>(s, state_.friction);
     return (r - project_on_friction_cone<Dim>(z, state_.friction)).squaredNorm();
-  }
-
-  /// Vector sums of the points between each two bodies, and what follows from them.
-  void network() {
-    const Index n = state_.grains.size(), n_walls = state_.room.n_walls();
-    std::map<std::pair<Index, Index>, Vector<Dim>> total;  // lower grain (or grain at a wall), other
-    Array<double> wall_force(n_walls, 0.0);
-    for (const Point& point : points_) {
-      if (point.force.isZero(0)) continue;
-      ++report_.n_contact_points;
-      const bool swapped = point.antagonist >= 0 && point.antagonist < point.candidate;
-      const std::pair key = swapped ? std::pair(point.antagonist, point.candidate)
-                                    : std::pair(point.candidate, point.antagonist);
-      const Vector<Dim> force = swapped ? Vector<Dim>(-point.force) : point.force;
-      if (const auto [place, is_new] = total.emplace(key, force); !is_new) place->second += force;
-      if (point.antagonist < 0) wall_force[-1 - point.antagonist] += point.force.dot(point.at.normal);
-    }
-    double all_walls = 0;
-    for (Index w = 0; w < n_walls; ++w) {
-      all_walls += wall_force[w] / double(n_walls);
-      report_.pressure +=
-          wall_force[w] * state_.room.scale * state_.room.distance[w] / (Dim * report_.room_volume);
-    }
-    for (Index v = 0; v < n_walls; ++v)
-      for (Index w = 0; w < v; ++w)
-        if (state_.room.normal[v].dot(state_.room.normal[w]) < -1 + 1e-12 && all_walls > 0)
-          report_.wall_imbalance =
-              std::max(report_.wall_imbalance, std::abs(wall_force[v] - wall_force[w]) / all_walls);
-
-    const double counts = 1e-4 * report_.pressure * std::pow(mean_diameter_, Dim - 1);
-    Array<Vector<Dim>> net(n, Vector<Dim>::Zero());
-    Array<double> sum(n, 0.0);
-    for (const auto& [bodies, force] : total) {
-      const auto [a, b] = bodies;
-      net[a] += force;
-      sum[a] += force.norm();
-      if (b >= 0) {
-        net[b] -= force;
-        sum[b] += force.norm();
-      }
-      if (force.norm() <= counts) continue;
-      (b >= 0 ? report_.coordination : report_.wall_contacts) += (b >= 0 ? 2.0 : 1.0) / double(n);
-    }
-    // A grain whose forces are too small to count as contacts is loose and may fly.
-    for (Index g = 0; g < n; ++g)
-      if (sum[g] > counts)
-        report_.grain_imbalance = std::max(report_.grain_imbalance, net[g].norm() / sum[g]);
   }
 
   using Compliance = AuditCompliance<Element, Material, Dim>;

@@ -3,6 +3,7 @@
 
 #include <Eigen/SparseCholesky>
 #include <jampack/mesh/mesh.hpp>
+#include <limits>
 
 namespace jampack {
 
@@ -18,7 +19,8 @@ class AuditCompliance {
   AuditCompliance(const Mesh<Dim>& mesh, const Array<typename Element::Cell>& cells, const Material& material,
                   const Nodal& x, const Eigen::VectorXd& mass, double theta, double h) {
     for (const bool definite : {false, true}) {
-      const Eigen::SparseMatrix<double> a = assemble(mesh, cells, material, x, mass, theta, h, definite);
+      Eigen::SparseMatrix<double> a(Dim * x.cols(), Dim * x.cols());
+      if (!assemble(mesh, cells, material, x, mass, theta, h, definite, a)) return;
       const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(a);
       if (factor.info() != Eigen::Success || !(factor.vectorD().array() > 0).all()) continue;
       invert(factor);
@@ -27,10 +29,12 @@ class AuditCompliance {
   }
 
   /// Whether there is an inverse: not so in a state with inverted cells.
-  bool is_usable() const { return !diagonal_.size() ? false : diagonal_.allFinite(); }
+  bool is_usable() const { return diagonal_.size() > 0; }
 
-  /// Entry (axis a of node i, axis b of node j), the nodes of one cell or of one face.
+  /// Entry (axis a of node i, axis b of node j), the nodes of one cell or of one face; NaN where there is no
+  /// inverse.
   double entry(Index i, int a, Index j, int b) const {
+    if (!is_usable()) return std::numeric_limits<double>::quiet_NaN();
     const int p = place_[Dim * i + a], q = place_[Dim * j + b];
     if (p == q) return diagonal_[p];
     const int column = std::min(p, q), row = std::max(p, q);
@@ -41,11 +45,10 @@ class AuditCompliance {
   }
 
  private:
-  static Eigen::SparseMatrix<double> assemble(const Mesh<Dim>& mesh,
-                                              const Array<typename Element::Cell>& cells,
-                                              const Material& material, const Nodal& x,
-                                              const Eigen::VectorXd& mass, double theta, double h,
-                                              bool definite) {
+  /// False where a cell is inverted.
+  static bool assemble(const Mesh<Dim>& mesh, const Array<typename Element::Cell>& cells,
+                       const Material& material, const Nodal& x, const Eigen::VectorXd& mass, double theta,
+                       double h, bool definite, Eigen::SparseMatrix<double>& a) {
     constexpr int n = Element::n_nodes;
     std::vector<Eigen::Triplet<double, int>> entries;
     entries.reserve(std::size_t(cells.size()) * Dim * n * (Dim * n + 1) / 2);
@@ -56,10 +59,9 @@ class AuditCompliance {
     typename Element::Tangent k;
     for (const auto& cell : cells) {
       for (int i = 0; i < n; ++i) local.col(i) = x.col(cell.node[std::size_t(i)]);
-      if (definite)
-        Element::force_and_definite_tangent(cell, material, local, f, k);
-      else
-        Element::force_and_tangent(cell, material, local, f, k);
+      const bool good = definite ? Element::force_and_definite_tangent(cell, material, local, f, k)
+                                 : Element::force_and_tangent(cell, material, local, f, k);
+      if (!good) return false;
       for (int i = 0; i < Dim * n; ++i)
         for (int j = 0; j < Dim * n; ++j)
           add(Dim * cell.node[std::size_t(i / Dim)] + i % Dim,
@@ -68,13 +70,12 @@ class AuditCompliance {
     for (const auto& face : mesh.faces)  // zeros: the face's nodes have a place in the factors
       for (Index i = 0; i < face.n_nodes; ++i)
         for (Index j = 0; j < face.n_nodes; ++j)
-          for (int a = 0; a < Dim; ++a)
-            for (int b = 0; b < Dim; ++b)
-              add(Dim * face.node[std::size_t(i)] + a, Dim * face.node[std::size_t(j)] + b, 0);
+          for (int p = 0; p < Dim; ++p)
+            for (int q = 0; q < Dim; ++q)
+              add(Dim * face.node[std::size_t(i)] + p, Dim * face.node[std::size_t(j)] + q, 0);
     for (Index i = 0; i < Dim * x.cols(); ++i) add(i, i, mass[i / Dim] / (theta * h * h));
-    Eigen::SparseMatrix<double> a(Dim * x.cols(), Dim * x.cols());
     a.setFromTriplets(entries.begin(), entries.end());
-    return a;
+    return true;
   }
 
   /// A^-1 = Z with Z = D^-1 L^-1 + (I - L^T) Z, read from the last column to the first on the pattern of L.
