@@ -16,7 +16,7 @@ struct CompactionOptions {
   double first_strain = 1e-3;     ///< first volumetric strain step, -d ln V
   double max_strain = 0.01;       ///< largest step
   double min_strain = 1e-7;       ///< below this the compaction is given up
-  int easy_iterations = 14;       ///< a step that needed no more may be followed by a larger one
+  int easy_iterations = 24;       ///< a step that needed no more may be followed by a larger one
 };
 
 /// Presses a packing by homothetic closing of its room at constant wall speed, in adaptive implicit steps:
@@ -106,7 +106,7 @@ class Compaction {
     velocity_before = std::move(velocity);
     last_pressure = std::max(0.0, this->pressure());
     if (attempt.iterations <= options.easy_iterations)
-      strain = std::max(strain, std::min(1.5 * size, options.max_strain));
+      strain = std::max(strain, std::min((attempt.iterations <= options.easy_iterations / 2 ? 2.0 : 1.3) * size, options.max_strain));
     return true;
   }
 };

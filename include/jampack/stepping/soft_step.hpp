@@ -15,7 +15,7 @@ namespace jampack {
 struct SoftStepOptions {
   double theta = 1;         ///< of the Moreau-Jean scheme, in [0.5, 1]
   double tolerance = 3e-7;  ///< on the equilibrium residual and on the scaled contact residual
-  int max_iterations = 30;  ///< Newton iterations before the step is given up
+  int max_iterations = 40;  ///< Newton iterations before the step is given up
   double penalty = 10;      ///< augmentation, in units of the stiffness of a surface layer one edge thick
   double linear_tolerance = 0.05;  ///< of the inner linear solves, relative
   double reach = 0.03;             ///< detection distance over the mean diameter
@@ -98,6 +98,8 @@ class SoftStep {
     bool fresh_factor = false;
     Index iterations_with_fresh_factor = 0;
 
+    last_pairs_.clear();
+    last_walls_.clear();
     contact_forces(packing);
     balance(packing);
     for (;; ++report.iterations) {
@@ -116,11 +118,8 @@ class SoftStep {
         continue;
       }
       // The multipliers move only once balance at the old ones is ahead of the contact conditions.
-      if (residual_norm_ <= 0.3 * update_norm(packing)) {
-        accept_forces();
-        contact_forces(packing);
-        balance(packing);
-      }
+      if (const double update = update_norm(packing); residual_norm_ <= 0.3 * update)
+        move_multipliers(packing, update);
       if (report.iterations == options.max_iterations)
         return fail(report, "Newton's method did not converge in " + std::to_string(options.max_iterations) +
                                 " iterations");
@@ -213,15 +212,17 @@ class SoftStep {
                                                          samples[contact.sample], x_[contact.candidate]));
   }
 
-  /// Stiffness of a surface layer one edge thick under the area of one sample: about 1 / W_cc, so that the
-  /// contact residual measured with it is the scaled one.
-  double layer_stiffness(const Packing& packing, const SurfaceContact<Dim>& contact) const {
+  /// What resists a force at one sample in a step: a surface layer one edge thick under the sample's area, and
+  /// the mass of a node. About N / tr W_cc, so that the contact residual measured with it is the scaled one.
+  double contact_stiffness(const Packing& packing, const SurfaceContact<Dim>& contact) const {
     const auto& boundary = packing.model->boundary;
-    const double size = Dim == 2 ? 1.0 : packing.grains[contact.candidate].diameter;
-    return 8 * packing.model->material.young * boundary.sample_area / boundary.edge_length * size;
+    const auto& grain = packing.grains[contact.candidate];
+    const double size = Dim == 2 ? 1.0 : grain.diameter;
+    const double layer = 8 * packing.model->material.young * boundary.sample_area / boundary.edge_length * size;
+    return layer + grain.mass.mean() / (options.theta * h_ * h_);
   }
   double penalty(const Packing& packing, const SurfaceContact<Dim>& contact) const {
-    return options.penalty * layer_stiffness(packing, contact);
+    return options.penalty * contact_stiffness(packing, contact);
   }
 
   /// Displacement of a contact in the step: gap along the normal, slip across it (eq. 5).
@@ -247,7 +248,7 @@ class SoftStep {
       if constexpr (N == 1) {
         trial_pairs_[c][0] = std::max(0.0, pairs.reaction[c][0] - rho * contact.gap);
         error += natural_map<1>(law, trial_pairs_[c], ContactVector<1>(contact.gap),
-                                layer_stiffness(packing, contact))
+                                contact_stiffness(packing, contact))
                      .squaredNorm();
       } else {
         const auto& normal = contact.normal;
@@ -264,7 +265,7 @@ class SoftStep {
         }
         const auto frame = contact_frame<Dim>(normal);
         error += natural_map<N>(law, ContactVector<N>(frame * trial_pairs_[c]), ContactVector<N>(frame * s),
-                                layer_stiffness(packing, contact))
+                                contact_stiffness(packing, contact))
                      .squaredNorm();
       }
       size += trial_pairs_[c].squaredNorm();
@@ -274,7 +275,7 @@ class SoftStep {
       const double rho = penalty(packing, contact);
       trial_walls_[c][0] = std::max(0.0, walls.reaction[c][0] - rho * contact.gap);
       error += natural_map<1>(Signorini{}, trial_walls_[c], ContactVector<1>(contact.gap),
-                              layer_stiffness(packing, contact))
+                              contact_stiffness(packing, contact))
                    .squaredNorm();
       size += trial_walls_[c].squaredNorm();
     }
@@ -322,6 +323,44 @@ class SoftStep {
   void accept_forces() {
     pairs.reaction = trial_pairs_;
     walls.reaction = trial_walls_;
+  }
+
+  /// Moves the multipliers to the trial forces. Updates that follow one another along one line shrink by a
+  /// constant ratio (not at all where redundant contacts pass their forces to each other): the sum of what is
+  /// to come is taken at once, as far as the first contact that it unloads (Aitken's extrapolation).
+  void move_multipliers(const Packing& packing, double update) {
+    double along = 0, now = 0, before = 0;
+    double reach = update > 0 ? 0.01 * contact_norm_ / update : 0;
+    auto compare = [&](const auto& set, const auto& trial, auto& last, const auto& normal_part) {
+      if (last.size() != set.size()) last.assign(set.size(), std::decay_t<decltype(last[0])>::Zero());
+      for (Index c = 0; c < set.size(); ++c) {
+        const auto step = (trial[c] - set.reaction[c]).eval();
+        along += step.dot(last[c]);
+        now += step.squaredNorm();
+        before += last[c].squaredNorm();
+        if (const double fall = -normal_part(c, step); fall > 0)
+          reach = std::min(reach, normal_part(c, trial[c]) / fall);
+        last[c] = step;
+      }
+    };
+    compare(pairs, trial_pairs_, last_pairs_, [&](Index c, const ContactVector<N>& r) {
+      if constexpr (N == 1)
+        return r[0];
+      else
+        return pairs.contact[c].normal.dot(r);
+    });
+    compare(walls, trial_walls_, last_walls_, [](Index, const ContactVector<1>& r) { return r[0]; });
+    accept_forces();
+    const double ratio = along / std::max(before, tiny_);
+    if (ratio < 1) reach = std::min(reach, ratio / (1 - ratio));
+    if (contact_residual_ < 1e-3 && ratio > 0.3 && along > 0.97 * std::sqrt(now * before)) {
+      for (Index c = 0; c < pairs.size(); ++c) pairs.reaction[c] += reach * last_pairs_[c];
+      for (Index c = 0; c < walls.size(); ++c) walls.reaction[c] += reach * last_walls_[c];
+      last_pairs_.clear();
+      last_walls_.clear();
+    }
+    contact_forces(packing);
+    balance(packing);
   }
 
   /// Force that a change of the multipliers to the trial forces would make.
@@ -399,6 +438,37 @@ class SoftStep {
     system_.finish();
   }
 
+  /// Where along dx a slipping contact first comes to rest before it would slip the other way: the middle of
+  /// the narrow stretch on which it sticks. Past it the linearisation, which knows no rest, goes astray.
+  double first_rest(const Packing& packing, const Eigen::VectorXd& dx) const {
+    double first = 1;
+    if constexpr (N > 1) {
+      const Index n = Dim * packing.n_nodes();
+      const auto& samples = packing.model->boundary.samples;
+      for (Index c = 0; c < pairs.size(); ++c) {
+        const auto& contact = pairs.contact[c];
+        const auto& normal = contact.normal;
+        const double rho = penalty(packing, contact);
+        const Vector<Dim> trial = pairs.reaction[c] - rho * contact_displacement(packing, contact);
+        const double trial_normal = normal.dot(trial);
+        const Vector<Dim> tangential = trial - trial_normal * normal;
+        const double length = tangential.norm();
+        if (trial_normal <= 0 || length <= law.friction * trial_normal) continue;
+        Vector<Dim> move = Vector<Dim>::Zero();
+        const auto& sample = samples[contact.sample];
+        for (Index i = 0; i < sample.n; ++i)
+          move += sample.weight[i] *
+                  dx.template segment<Dim>(n * contact.candidate + Dim * sample.node[std::size_t(i)]);
+        for (Index i = 0; i < contact.n_nodes; ++i)
+          move -= contact.weight[i] *
+                  dx.template segment<Dim>(n * contact.antagonist + Dim * contact.node[std::size_t(i)]);
+        const double fall = rho * move.dot(tangential) / length;
+        if (fall > length) first = std::min(first, length / fall);
+      }
+    }
+    return first;
+  }
+
   /// Moves x_ along dx, shortened until no cell is inverted and the residual at fixed multipliers does not
   /// falls; where it does not fall at any, the
   /// length that leaves the least of it is taken, for the next linearisation to do better.
@@ -418,7 +488,8 @@ class SoftStep {
       balance(packing);
       return true;
     };
-    for (int cut = 0; cut < 6 || best_length == 0; ++cut, length *= 0.5) {
+    const double rest = first_rest(packing, dx);
+    for (int cut = 0; cut < 6 || best_length == 0; ++cut, length = cut == 1 && rest < length ? rest : 0.5 * length) {
       if (cut == 30) return false;
       if (!go(length)) continue;
       if (residual_norm_ <= (1 - 0.05 * length) * before) return true;
@@ -444,6 +515,8 @@ class SoftStep {
   Array<GrainSurface<Dim>> surfaces_;
   Array<ContactVector<N>> trial_pairs_;
   Array<ContactVector<1>> trial_walls_;
+  Array<ContactVector<N>> last_pairs_;  ///< last change of the multipliers
+  Array<ContactVector<1>> last_walls_;
   NewtonSystem<Packing> system_;
   double residual_norm_ = 0, contact_norm_ = 0, contact_residual_ = 0;
   Index last_linear_total_ = 0;
