@@ -47,6 +47,7 @@
 #include <jampack/body/soft_packing.hpp>
 #include <jampack/body/surface_measure.hpp>
 
+#include <jampack/packing/handover.hpp>
 #include <jampack/packing/random.hpp>
 #include <jampack/packing/random_packing.hpp>
 
@@ -72,9 +73,12 @@
 #include <jampack/problem/residual.hpp>
 #include <jampack/problem/rigid_balls_delassus.hpp>
 #include <jampack/problem/rows_times.hpp>
+#include <jampack/problem/stored_blocks.hpp>
 
+#include <jampack/solver/admm.hpp>
 #include <jampack/solver/block_sparse_lu.hpp>
 #include <jampack/solver/contact_solver.hpp>
+#include <jampack/solver/default_solver.hpp>
 #include <jampack/solver/gauss_seidel.hpp>
 #include <jampack/solver/gmres.hpp>
 #include <jampack/solver/local_solver.hpp>
@@ -84,13 +88,23 @@
 
 #include <jampack/stepping/ball_law.hpp>
 #include <jampack/stepping/compaction.hpp>
+#include <jampack/stepping/hertz_balance.hpp>
 #include <jampack/stepping/jam.hpp>
 #include <jampack/stepping/moreau_rigid.hpp>
 #include <jampack/stepping/newton_system.hpp>
+#include <jampack/stepping/press_to.hpp>
 #include <jampack/stepping/soft_step.hpp>
 
+#include <jampack/analysis/audit.hpp>
+#include <jampack/analysis/audit_compliance.hpp>
+#include <jampack/analysis/audit_network.hpp>
+#include <jampack/analysis/audit_penetration.hpp>
+#include <jampack/analysis/audit_report.hpp>
+#include <jampack/analysis/audit_state.hpp>
+#include <jampack/analysis/audit_surface.hpp>
 #include <jampack/analysis/ball_network.hpp>
 #include <jampack/analysis/compaction_fits.hpp>
+#include <jampack/analysis/compaction_record.hpp>
 #include <jampack/analysis/contact_network.hpp>
 #include <jampack/analysis/contact_strain.hpp>
 #include <jampack/analysis/coordination.hpp>
@@ -112,9 +126,13 @@
 #include <jampack/analysis/soft_network.hpp>
 #include <jampack/analysis/sphere_compression_reference.hpp>
 #include <jampack/analysis/sphericity_law.hpp>
+#include <jampack/analysis/stress_field.hpp>
 #include <jampack/analysis/von_mises.hpp>
 
 #include <jampack/io/canvas.hpp>
+#include <jampack/io/checkpoint.hpp>
+#include <jampack/io/checkpoint_compaction.hpp>
+#include <jampack/io/checkpoint_format.hpp>
 #include <jampack/io/colour_map.hpp>
 #include <jampack/io/coloured_surface.hpp>
 #include <jampack/io/command_line.hpp>
@@ -131,6 +149,8 @@
 #include <jampack/io/progress.hpp>
 #include <jampack/io/pvd.hpp>
 #include <jampack/io/run_program.hpp>
+#include <jampack/io/soft_packing_picture.hpp>
+#include <jampack/io/soft_packing_vtu.hpp>
 #include <jampack/io/surface_picture.hpp>
 #include <jampack/io/surface_renderer.hpp>
 #include <jampack/io/vtu.hpp>

@@ -78,7 +78,8 @@ struct Solid {
 
   double min_jacobian(const Eigen::VectorXd& x) const {
     double smallest = 1;
-    for (const auto& cell : cells) smallest = std::min(smallest, Element::min_jacobian(cell, gather(cell, x)));
+    for (const auto& cell : cells)
+      smallest = std::min(smallest, Element::min_jacobian(cell, gather(cell, x)));
     return smallest;
   }
 

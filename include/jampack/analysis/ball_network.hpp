@@ -8,7 +8,8 @@
 
 namespace jampack {
 
-/// The contact network of balls: the contacts of `forces` that carry any. `volume` is that of the room.
+/// The contact network of balls: the contacts of `forces` that carry any, with the normals and gaps under
+/// which the forces were found. `volume` is that of the room.
 template <int Dim>
 ContactNetwork<Dim> contact_network(const Balls<Dim>& balls, double volume,
                                     const Array<BallForce<Dim>>& forces) {
@@ -18,9 +19,9 @@ ContactNetwork<Dim> contact_network(const Balls<Dim>& balls, double volume,
   for (const auto& [gap, force] : forces) {
     if (force.isZero(0.0)) continue;
     ContactForce<Dim> contact{gap.candidate, gap.antagonist, gap.wall, force};
-    contact.branch = gap.at_wall()
-                         ? Vector<Dim>((0.5 * balls.diameter[gap.candidate] + gap.gap) * gap.normal)
-                         : Vector<Dim>(balls.position[gap.candidate] - balls.position[gap.antagonist]);
+    double length = 0.5 * balls.diameter[gap.candidate] + gap.gap;
+    if (!gap.at_wall()) length += 0.5 * balls.diameter[gap.antagonist];
+    contact.branch = length * gap.normal;
     network.contacts.push_back(contact);
   }
   return network;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-
 #include <jampack/core/dimension.hpp>
 
 namespace jampack {

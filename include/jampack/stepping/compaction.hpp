@@ -106,7 +106,9 @@ class Compaction {
     velocity_before = std::move(velocity);
     last_pressure = std::max(0.0, this->pressure());
     if (attempt.iterations <= options.easy_iterations)
-      strain = std::max(strain, std::min((attempt.iterations <= options.easy_iterations / 2 ? 2.0 : 1.3) * size, options.max_strain));
+      strain =
+          std::max(strain, std::min((attempt.iterations <= options.easy_iterations / 2 ? 2.0 : 1.3) * size,
+                                    options.max_strain));
     return true;
   }
 };

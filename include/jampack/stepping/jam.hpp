@@ -9,6 +9,7 @@
 #include <jampack/body/rigid_balls.hpp>
 #include <jampack/body/rigid_walls.hpp>
 #include <jampack/packing/random_packing.hpp>
+#include <jampack/solver/default_solver.hpp>
 #include <jampack/solver/gauss_seidel.hpp>
 #include <jampack/stepping/moreau_rigid.hpp>
 #include <limits>
@@ -136,14 +137,21 @@ JammedPacking<Dim> jam(const Packing<Dim>& loose, const Law& law, const JamOptio
   double tolerance = options.tolerance;
   double step = 0.1 * options.max_step;
   double energy = 1.0;
+  Index n_slow = 0;
   while (true) {
     drive_by_stress(walls, options.stress, mass);
-    // While grains flow a rough solution moves them as well; at rest the forces must be right.
-    const bool slow = energy <= 10.0 * options.kinetic_energy;
+    // While grains flow a rough solution moves them as well, and some sweeps give that at once. Near rest the
+    // errors of the forces would keep the grains moving: more sweeps the longer it takes, and at rest the
+    // solver itself.
+    const bool slow = energy <= std::max(1e-5, 10.0 * options.kinetic_energy) ||
+                      history.change() <= std::max(1e-3, 10.0 * options.fraction_change);
     const bool at_rest = energy <= options.kinetic_energy && history.change() <= options.fraction_change;
-    solver.stop.tolerance = slow ? tolerance : std::max(tolerance, options.flow_tolerance);
-    solver.stop.max_sweeps = at_rest ? 20000 : 1000;
-    const RigidStepReport done = stepping.step(bodies, walls, step * unit_time, solver);
+    n_slow = slow ? n_slow + 1 : 0;
+    solver.stop.tolerance = tolerance;
+    const GaussSeidel sweeps{{slow ? tolerance : std::max(tolerance, options.flow_tolerance),
+                              std::min<Index>(1000 + 100 * n_slow, 5000)}};
+    const RigidStepReport done = at_rest ? stepping.step(bodies, walls, step * unit_time, solver)
+                                         : stepping.step(bodies, walls, step * unit_time, sweeps);
     report.sweeps += done.solve.sweeps;
     if (!done.accepted) {
       ++report.refused_steps;
@@ -174,7 +182,8 @@ JammedPacking<Dim> jam(const Packing<Dim>& loose, const Law& law, const JamOptio
       const auto network = contact_network(bodies.balls, volume, stepping.forces());
       const auto rattlers = find_rattlers(network, least_contacts, contact_threshold(network));
       report.grain_imbalance = grain_imbalance(network, rattlers);
-      if (report.grain_imbalance <= options.grain_imbalance) break;
+      const bool any_held = std::count(rattlers.begin(), rattlers.end(), 0) > 0;
+      if (any_held && report.grain_imbalance <= options.grain_imbalance) break;
       // What is left may be the solver's error: forces to be balanced better need a better solution.
       tolerance = std::max(0.9 * tolerance, 1e-3 * options.tolerance);
     }
@@ -208,7 +217,7 @@ JammedPacking<Dim> jam(const Packing<Dim>& loose, const Law& law, const JamOptio
 
 template <int Dim, ContactLaw Law>
 JammedPacking<Dim> jam(const Packing<Dim>& loose, const Law& law, const JamOptions& options = {}) {
-  return jam(loose, law, options, GaussSeidel{}, [](const JamReport&, double) {});
+  return jam(loose, law, options, DefaultSolver{.patience = 2000}, [](const JamReport&, double) {});
 }
 
 }  // namespace jampack

@@ -75,6 +75,9 @@ class MoreauRigid {
   RigidStepReport step(RigidBalls<Dim>& bodies, RigidWalls<Dim>& walls, double h, const Solver& solver) {
     require(std::isfinite(h) && h > 0,
             "Moreau stepping: the step must be positive, got " + std::to_string(h));
+    for (Index i = 0; i < bodies.size(); ++i)
+      require(bodies.velocity[i].allFinite() && bodies.spin[i].allFinite() && bodies.force[i].allFinite(),
+              "Moreau stepping: velocity, spin or force of ball " + std::to_string(i) + " is not finite");
     const double theta = options_.theta;
     const double limit = displacement_limit(bodies, walls, h);
 
@@ -93,7 +96,7 @@ class MoreauRigid {
     // v+ = v_free + M^-1 H^T r
     const auto change = problem.delassus.motion(reaction);
     const double slowed = std::exp(-h / options_.drag_time);
-    Array<Vector<Dim>> velocity(bodies.size());
+    Array<Vector<Dim>> velocity(bodies.size(), Vector<Dim>::Zero());
     for (Index i = 0; i < bodies.size(); ++i) {
       velocity[i] =
           slowed * bodies.velocity[i] + h / bodies.mass[i] * bodies.force[i] + change.body[i].velocity;
@@ -105,7 +108,6 @@ class MoreauRigid {
       report.max_displacement =
           std::max(report.max_displacement,
                    std::abs(h * distance * (theta * rate + (1.0 - theta) * walls.scale_rate)));
-    // Written so that NaN is refused.
     report.accepted = report.max_displacement <= limit;
     if (!report.accepted) return report;
 

@@ -17,6 +17,7 @@ struct SoftStepOptions {
   double tolerance = 3e-7;  ///< on the equilibrium residual and on the scaled contact residual
   int max_iterations = 40;  ///< Newton iterations before the step is given up
   double penalty = 10;      ///< augmentation, in units of the stiffness of a surface layer one edge thick
+  int hardening = 12;       ///< iterations after which the penalty grows
   double linear_tolerance = 0.05;  ///< of the inner linear solves, relative
   double reach = 0.03;             ///< detection distance over the mean diameter
   Threads threads;
@@ -98,6 +99,7 @@ class SoftStep {
     bool fresh_factor = false;
     Index iterations_with_fresh_factor = 0;
 
+    penalty_ = options.penalty;
     last_pairs_.clear();
     last_walls_.clear();
     contact_forces(packing);
@@ -118,8 +120,12 @@ class SoftStep {
         continue;
       }
       // The multipliers move only once balance at the old ones is ahead of the contact conditions.
-      if (const double update = update_norm(packing); residual_norm_ <= 0.3 * update)
+      if (const double update = update_norm(packing); residual_norm_ <= 0.3 * update) {
+        // Which contacts stick, slip or are open is found at a soft penalty; what then converges slowly
+        // (stiff, redundant contacts) converges faster at a hard one.
+        if (report.iterations >= options.hardening) penalty_ = std::min(3 * penalty_, 300 * options.penalty);
         move_multipliers(packing, update);
+      }
       if (report.iterations == options.max_iterations)
         return fail(report, "Newton's method did not converge in " + std::to_string(options.max_iterations) +
                                 " iterations");
@@ -212,17 +218,19 @@ class SoftStep {
                                                          samples[contact.sample], x_[contact.candidate]));
   }
 
-  /// What resists a force at one sample in a step: a surface layer one edge thick under the sample's area, and
-  /// the mass of a node. About N / tr W_cc, so that the contact residual measured with it is the scaled one.
+  /// What resists a force at one sample in a step: a surface layer one edge thick under the sample's area,
+  /// and the mass of a node. About N / tr W_cc, so that the contact residual measured with it is the scaled
+  /// one.
   double contact_stiffness(const Packing& packing, const SurfaceContact<Dim>& contact) const {
     const auto& boundary = packing.model->boundary;
     const auto& grain = packing.grains[contact.candidate];
     const double size = Dim == 2 ? 1.0 : grain.diameter;
-    const double layer = 8 * packing.model->material.young * boundary.sample_area / boundary.edge_length * size;
+    const double layer =
+        8 * packing.model->material.young * boundary.sample_area / boundary.edge_length * size;
     return layer + grain.mass.mean() / (options.theta * h_ * h_);
   }
   double penalty(const Packing& packing, const SurfaceContact<Dim>& contact) const {
-    return options.penalty * contact_stiffness(packing, contact);
+    return penalty_ * contact_stiffness(packing, contact);
   }
 
   /// Displacement of a contact in the step: gap along the normal, slip across it (eq. 5).
@@ -489,7 +497,8 @@ class SoftStep {
       return true;
     };
     const double rest = first_rest(packing, dx);
-    for (int cut = 0; cut < 6 || best_length == 0; ++cut, length = cut == 1 && rest < length ? rest : 0.5 * length) {
+    for (int cut = 0; cut < 6 || best_length == 0;
+         ++cut, length = cut == 1 && rest < length ? rest : 0.5 * length) {
       if (cut == 30) return false;
       if (!go(length)) continue;
       if (residual_norm_ <= (1 - 0.05 * length) * before) return true;
@@ -511,6 +520,7 @@ class SoftStep {
   static constexpr double tiny_ = std::numeric_limits<double>::min();
 
   double h_ = 0;
+  double penalty_ = 0;
   Array<Nodal> x_, force_, old_force_, residual_, contact_nodal_, update_nodal_;
   Array<GrainSurface<Dim>> surfaces_;
   Array<ContactVector<N>> trial_pairs_;
