@@ -79,7 +79,7 @@ class MoreauRigid {
       require(bodies.velocity[i].allFinite() && bodies.spin[i].allFinite() && bodies.force[i].allFinite(),
               "Moreau stepping: velocity, spin or force of ball " + std::to_string(i) + " is not finite");
     const double theta = options_.theta;
-    const double limit = displacement_limit(bodies, walls, h);
+    double limit = displacement_limit(bodies, walls, h);
 
     Balls<Dim> mid = bodies.balls;
     Container<Dim> mid_room = walls.room;
@@ -87,6 +87,12 @@ class MoreauRigid {
     mid_room.scale += h * (1.0 - theta) * walls.scale_rate;
     // Two balls that each move by the limit are caught.
     find_gaps(broad_phase_, mid, mid_room, 2.0 * limit, gaps_);
+    double deepest = 0.0;
+    for (const auto& gap : gaps_) deepest = std::max(deepest, -gap.gap);
+    if (2.0 * deepest > limit) {  // what overlaps will be pushed out
+      limit = std::min(2.0 * deepest, options_.max_displacement * bodies.balls.mean_diameter());
+      find_gaps(broad_phase_, mid, mid_room, 2.0 * limit, gaps_);
+    }
 
     const Problem problem = contact_problem(bodies, walls, mid, h);
     Eigen::VectorXd reaction = first_guess(problem, h);
