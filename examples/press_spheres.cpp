@@ -18,7 +18,7 @@ int main() {
   const auto loose = random_packing<3>({.n_grains = 20, .seed = 1});
   const auto jammed = jam(loose, contact, {.stress = stress});
 
-  Compaction press(meshed_grains<MacroSimplex>(jammed.packing, ball_mesh(400), rubber), contact, {}, {});
+  Compaction press(meshed_grains<MacroSimplex>(jammed.packing, ball_mesh(400), rubber), contact);
   press_to(press, {.stress = stress});
   while (press.packing_fraction() < 0.9) {
     press.advance();

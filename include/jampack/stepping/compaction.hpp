@@ -11,7 +11,7 @@ namespace jampack {
 /// How fast and in which steps a packing is pressed.
 struct CompactionOptions {
   double inertial_number = 1e-3;  ///< I = v0 sqrt(rho / E) with v0 the speed of each wall
-  double kinetic_ratio = 1e-3;    ///< bound on rho v0^2 / P, which slows the walls near jamming
+  double kinetic_ratio = 1e-5;    ///< bound on rho v0^2 / P: over a strain step it is the imbalance of a grain
   double least_pressure = 1e-5;   ///< P / E that the bound reckons with where there is less
   double first_strain = 1e-3;     ///< first volumetric strain step, -d ln V
   double max_strain = 0.01;       ///< largest step
@@ -41,7 +41,7 @@ class Compaction {
   /// Of each grain at the start of the last accepted step; empty before the first. For the audit.
   Array<typename Packing::Nodal> position_before, velocity_before;
 
-  Compaction(Packing start, Law law, CompactionOptions compaction, SoftStepOptions step_options)
+  Compaction(Packing start, Law law, CompactionOptions compaction = {}, SoftStepOptions step_options = {})
       : packing(std::move(start)),
         step(law, step_options),
         options(compaction),
