@@ -18,7 +18,7 @@ TEMPLATE_TEST_CASE_SIG("One ball jams in the cube that touches it on all sides",
 
 TEMPLATE_TEST_CASE_SIG("Without friction jamming is isostatic: N_gg + N_w = D N_nr + 1 driven wall mode", "",
                        ((int Dim), Dim), 2, 3) {
-  const std::uint64_t seed = GENERATE(range(1, 6));
+  const auto seed = static_cast<std::uint64_t>(GENERATE(range(1, 6)));
   CAPTURE(seed);
   // Every force counts here, so they must be solved for better than the smallest of them.
   const auto jammed = jam(random_packing<Dim>({.n_grains = 12, .seed = seed}), Signorini{},
