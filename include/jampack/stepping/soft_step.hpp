@@ -11,7 +11,7 @@
 
 namespace jampack {
 
-/// How one implicit step is solved. The defaults are what docs/results/compaction.md measures to be best.
+/// How one implicit step is solved. docs/results/compaction.md says how the defaults came about.
 struct SoftStepOptions {
   double theta = 1;         ///< of the Moreau-Jean scheme, in [0.5, 1]
   double tolerance = 3e-7;  ///< on the equilibrium residual and on the scaled contact residual
