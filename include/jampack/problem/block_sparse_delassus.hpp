@@ -6,7 +6,9 @@
 #include <jampack/core/error.hpp>
 #include <jampack/problem/delassus.hpp>
 #include <jampack/problem/rows_times.hpp>
+#include <numeric>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace jampack {
@@ -42,9 +44,18 @@ class BlockSparseDelassus {
       require(block.value.allFinite(),
               "Delassus operator: W is not finite at contact " + std::to_string(block.row));
     }
-    std::stable_sort(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) {
-      return std::pair(a.row, a.column) < std::pair(b.row, b.column);
+    // Places are sorted, not blocks: std::stable_sort's buffer ignores the alignment of fixed-size matrices.
+    Array<Index> sorted(blocks.size());
+    std::iota(sorted.begin(), sorted.end(), Index{0});
+    std::sort(sorted.begin(), sorted.end(), [&](Index a, Index b) {
+      return std::tuple(blocks[a].row, blocks[a].column, a) < std::tuple(blocks[b].row, blocks[b].column, b);
     });
+    blocks = [&] {
+      Array<DelassusBlock<N>> in_order;
+      in_order.reserve(blocks.size());
+      for (const Index k : sorted) in_order.push_back(blocks[k]);
+      return in_order;
+    }();
     row_start_.reserve(n_contacts + 1);
     Index k = 0;
     for (Index row = 0; row < n_contacts; ++row) {
