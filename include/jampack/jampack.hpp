@@ -76,6 +76,7 @@
 #include <jampack/problem/stored_blocks.hpp>
 
 #include <jampack/solver/admm.hpp>
+#include <jampack/solver/anderson.hpp>
 #include <jampack/solver/block_sparse_lu.hpp>
 #include <jampack/solver/contact_solver.hpp>
 #include <jampack/solver/default_solver.hpp>
@@ -86,8 +87,10 @@
 #include <jampack/solver/regularised_problem.hpp>
 #include <jampack/solver/slip_direction.hpp>
 
+#include <jampack/stepping/augmented_force.hpp>
 #include <jampack/stepping/ball_law.hpp>
 #include <jampack/stepping/compaction.hpp>
+#include <jampack/stepping/condensed_step.hpp>
 #include <jampack/stepping/hertz_balance.hpp>
 #include <jampack/stepping/jam.hpp>
 #include <jampack/stepping/moreau_rigid.hpp>

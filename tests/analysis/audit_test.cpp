@@ -231,7 +231,7 @@ TEST_CASE("the audit's projection is that of its definition, and the detection's
   const AuditSurface<3> surface(state.mesh, x);
   const auto boundary = make_boundary(state.mesh);
   GrainSurface<3> other;
-  other.update(boundary, x);
+  other.update(boundary, x, 1.0);
   Index n_found = 0;
   for (int k = 0; k < 200; ++k) {
     const Vector<3> along(std::cos(3.7 * k), std::sin(5.1 * k), std::cos(1.3 * k + 1));

@@ -123,13 +123,13 @@ class Audit {
   /// Every stored contact that carries force, and every sample that penetrates, at its projection now.
   void project_contacts() {
     using Key = std::tuple<Index, Index, Index>;
-    std::map<Key, Vector<Dim>> loaded;
+    std::map<Key, const StoredContact<Dim>*> loaded;
     std::set<Key> known;
     const auto take = [&](const auto& contacts) {
       for (const auto& c : contacts) {
         require(c.sample < boundary_.samples.size(), "audit: a contact lies where the mesh has no sample");
         known.insert({c.candidate, c.sample, c.antagonist});
-        if (!c.reaction.isZero(0)) loaded[{c.candidate, c.sample, c.antagonist}] = c.reaction;
+        if (!c.reaction.isZero(0)) loaded[{c.candidate, c.sample, c.antagonist}] = &c;
       }
     };
     take(state_.pairs);
@@ -146,14 +146,14 @@ class Audit {
           const bool carries = load != loaded.end();
           if (!carries && antagonist >= 0 && !surfaces_[antagonist].may_reach(x, 0)) return;
           const typename Surface::Projection p = project();
-          if (!carries && !(p.gap < 0)) return;
-          if (p.gap < -1e-6 * mean_diameter_ && known.find({a, s, antagonist}) == known.end()) ++missed[a];
-          Point point{a, antagonist, &sample, Vector<Dim>::Zero(), p, n_unknowns};
+          Point point{a, antagonist, &sample, Vector<Dim>::Zero(), p, p, slack(a, s, antagonist), n_unknowns};
+          if (!carries && !(p.gap + point.slack < 0)) return;
+          if (p.gap + point.slack < -1e-6 * mean_diameter_ && known.find({a, s, antagonist}) == known.end())
+            ++missed[a];
           if (carries) {
-            if (n_unknowns == 1)
-              point.force = load->second[0] * p.normal;
-            else
-              point.force = load->second;
+            const auto& stored = *load->second;
+            point.force = n_unknowns == 1 ? Vector<Dim>(stored.reaction[0] * p.normal) : stored.reaction;
+            if (antagonist >= 0) point.frame = step_frame(stored, x);
           }
           found[a].push_back(point);
         };
@@ -179,23 +179,54 @@ class Audit {
     }
   }
 
-  /// Adds the nodal forces of a contact point.
+  /// How far a sample may enter: nodes of the smaller grain (the first of two of one size) not at all, all
+  /// others as far as the mesh's boundary says.
+  double slack(Index grain, Index sample, Index antagonist) const {
+    const double d = state_.grains[grain].diameter;
+    const bool leads = antagonist < 0 || d < state_.grains[antagonist].diameter ||
+                       (d == state_.grains[antagonist].diameter && grain < antagonist);
+    return leads && sample < boundary_.nodes.size() ? 0.0 : Boundary<Dim>::entry * d;
+  }
+
+  /// The frame a stored contact was solved in, with the gap of x in it.
+  typename Surface::Projection step_frame(const StoredContact<Dim>& stored, const Vector<Dim>& x) const {
+    typename Surface::Projection frame;
+    frame.face = stored.face;
+    frame.xi = stored.xi;
+    frame.normal = stored.normal;
+    Vector<Dim> foot = Vector<Dim>::Zero();
+    const auto& face = state_.mesh.faces[stored.face];
+    const auto weight = surfaces_[stored.antagonist].weights(stored.face, stored.xi);
+    for (Index i = 0; i < face.n_nodes; ++i)
+      foot += weight[i] * state_.grains[stored.antagonist].position.col(face.node[std::size_t(i)]);
+    frame.gap = frame.normal.dot(x - foot);
+    return frame;
+  }
+
+  /// Adds the nodal forces of a contact point, its antagonist met at `at`.
   template <class Add>
-  void spread(const Point& point, Add add) const {
+  void spread(const Point& point, const typename Surface::Projection& at, Add add) const {
     for (Index i = 0; i < point.sample->n; ++i)
       add(point.candidate, point.sample->node[std::size_t(i)], point.sample->weight[i]);
-    if (point.antagonist < 0 || point.at.face < 0) return;
-    const auto& face = state_.mesh.faces[point.at.face];
-    const auto weight = surfaces_[point.antagonist].weights(point.at.face, point.at.xi);
+    if (point.antagonist < 0 || at.face < 0) return;
+    const auto& face = state_.mesh.faces[at.face];
+    const auto weight = surfaces_[point.antagonist].weights(at.face, at.xi);
     for (Index i = 0; i < face.n_nodes; ++i) add(point.antagonist, face.node[std::size_t(i)], -weight[i]);
   }
 
   void balance() {
+    report_.equilibrium_residual = imbalance(&Point::at);
+    report_.step_residual = imbalance(&Point::frame);
+  }
+
+  /// Relative residual of the balance of momentum with contacts met where `place` says.
+  double imbalance(typename Surface::Projection Point::*place) const {
     Array<Nodal> contact(state_.grains.size());
     for (auto& f : contact) f = Nodal::Zero(Dim, state_.mesh.nodes.size());
     for (const Point& point : points_)
       if (!point.force.isZero(0))
-        spread(point, [&](Index g, Index node, double w) { contact[g].col(node) += w * point.force; });
+        spread(point, point.*place,
+               [&](Index g, Index node, double w) { contact[g].col(node) += w * point.force; });
     double error = 0, size = 0;
     for (Index g = 0; g < state_.grains.size(); ++g) {
       Nodal residual = force_[g] - contact[g];
@@ -207,11 +238,11 @@ class Audit {
     }
     // Without a contact force there is no scale but the grains' own stiffness.
     const double scale = size > 0 ? std::sqrt(size) : state_.young * std::pow(mean_diameter_, Dim - 1) * 1e-6;
-    report_.equilibrium_residual = std::sqrt(error) / scale;
+    return std::sqrt(error) / scale;
   }
 
-  /// Natural map of the contact conditions; displacements stand for velocities and forces for impulses, which
-  /// scales both by h.
+  /// Natural map of the contact conditions in the frames of the step; displacements stand for velocities and
+  /// forces for impulses, which scales both by h.
   void contact_conditions() {
     const Index n = state_.grains.size();
     // Before the first step there is no duration: an elastic wave's through a grain.
@@ -240,16 +271,16 @@ class Audit {
                 trace += w * compliance[g]->entry(node[i], a, node[j], a);
               } else {
                 for (int b = 0; b < Dim; ++b)
-                  trace += w * point.at.normal[a] * point.at.normal[b] *
+                  trace += w * point.frame.normal[a] * point.frame.normal[b] *
                            compliance[g]->entry(node[i], a, node[j], b);
               }
             }
           }
       };
       add(point.candidate, point.sample->node.data(), point.sample->weight.data(), point.sample->n);
-      if (point.antagonist >= 0 && point.at.face >= 0) {
-        const auto& face = state_.mesh.faces[point.at.face];
-        const auto weight = surfaces_[point.antagonist].weights(point.at.face, point.at.xi);
+      if (point.antagonist >= 0 && point.frame.face >= 0) {
+        const auto& face = state_.mesh.faces[point.frame.face];
+        const auto weight = surfaces_[point.antagonist].weights(point.frame.face, point.frame.xi);
         add(point.antagonist, face.node.data(), weight.data(), face.n_nodes);
       }
       size += point.force.squaredNorm();
@@ -261,18 +292,19 @@ class Audit {
   /// Square of r - P_K(r - rho (s + friction |s_T| n)), s the displacement of the contact in the step: the
   /// gap at its end along the normal, the slip across.
   double natural_map(const Point& point, double rho) const {
+    const auto& at = point.frame;
     if (point.n_unknowns == 1) {
-      const ContactVector<1> r(point.force.dot(point.at.normal)), z(r[0] - rho * point.at.gap);
+      const ContactVector<1> r(point.force.dot(point.at.normal)), z(r[0] - rho * (at.gap + point.slack));
       return (r - project_on_friction_cone<1>(z, 0)).squaredNorm();
     }
     Vector<Dim> relative = Vector<Dim>::Zero();
-    spread(point, [&](Index g, Index node, double w) {
+    spread(point, at, [&](Index g, Index node, double w) {
       relative += w * (state_.grains[g].position.col(node) - state_.grains[g].position_before.col(node));
     });
-    const auto frame = contact_frame<Dim>(point.at.normal);
+    const auto frame = contact_frame<Dim>(at.normal);
     const ContactVector<Dim> r = frame * point.force;
     ContactVector<Dim> s = frame * relative;
-    s[0] = point.at.gap;
+    s[0] = at.gap + point.slack;
     const ContactVector<Dim> z = r - rho * de_saxce_velocity<Dim>(s, state_.friction);
     return (r - project_on_friction_cone<Dim>(z, state_.friction)).squaredNorm();
   }

@@ -15,8 +15,10 @@ template <int Dim>
 struct AuditContact {
   Index candidate, antagonist;  ///< antagonist: grain, or -1 - wall
   const typename Boundary<Dim>::Sample* sample;
-  Vector<Dim> force;  ///< on the candidate
-  typename AuditSurface<Dim>::Projection at;
+  Vector<Dim> force;                             ///< on the candidate
+  typename AuditSurface<Dim>::Projection at;     ///< found afresh
+  typename AuditSurface<Dim>::Projection frame;  ///< as the step had it; `at` where the step had none
+  double slack;                                  ///< how far the sample may enter, length
   Index n_unknowns;
 };
 

@@ -10,6 +10,7 @@ namespace jampack {
 /// What a state may at most show.
 struct AuditBounds {
   double equilibrium_residual = 1e-3;
+  double step_residual = 1e-6;
   double scaled_residual = 1e-6;
   double grain_imbalance = 1e-3;
   double balance_pressure = 0;  ///< grain_imbalance is held to its bound above this pressure only
@@ -23,9 +24,10 @@ struct AuditBounds {
 /// What the audit found in a state.
 struct AuditReport {
   double equilibrium_residual = 0;  ///< |M dv - h (f_ext - f_int) - H^T r| / |H^T r|, H detected afresh
-  double scaled_residual = 0;       ///< natural map of the contact conditions with fresh gaps and slips
-  double grain_imbalance = 0;       ///< max over loaded grains of |sum F| / sum |F|
-  double kinematic_error = 0;       ///< max |x1 - x0 - h (theta v1 + (1 - theta) v0)| / <d>
+  double step_residual = 0;         ///< the same with H as the step had it
+  double scaled_residual = 0;  ///< natural map of the contact conditions, gaps and slips as the step had them
+  double grain_imbalance = 0;  ///< max over loaded grains of |sum F| / sum |F|
+  double kinematic_error = 0;  ///< max |x1 - x0 - h (theta v1 + (1 - theta) v0)| / <d>
   double max_penetration_over_d = 0;
   double overlap_over_solid = 0;
   double self_penetration_over_d = 0;  ///< of non-adjacent faces of one grain
@@ -59,6 +61,7 @@ struct AuditReport {
     const double infinite = std::numeric_limits<double>::infinity();
     const bool loaded = pressure > bounds.balance_pressure;
     held("equilibrium_residual", equilibrium_residual, bounds.equilibrium_residual);
+    held("step_residual", step_residual, bounds.step_residual);
     held("scaled_residual", scaled_residual, bounds.scaled_residual);
     held("grain_imbalance", grain_imbalance, loaded ? bounds.grain_imbalance : infinite);
     held("kinematic_error", kinematic_error, bounds.kinematic_error);

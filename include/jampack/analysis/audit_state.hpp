@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <jampack/geometry/container.hpp>
+#include <jampack/geometry/face_shape.hpp>
 #include <jampack/mesh/mesh.hpp>
 #include <map>
 #include <string>
@@ -26,7 +27,11 @@ struct StoredContact {
   Index candidate = 0;   ///< grain
   Index sample = 0;      ///< of its boundary (mesh/boundary_surface.hpp)
   Index antagonist = 0;  ///< grain, or -1 - wall
-  Index face = -1;       ///< of the antagonist's boundary, where the stepper had it; -1 at a wall
+  /// The frame the step used: a place on the antagonist's boundary (face -1 at a wall) and the unit normal.
+  Index face = -1;
+  FaceCoordinates<Dim> xi = FaceCoordinates<Dim>::Zero();
+  Vector<Dim> normal = Vector<Dim>::Zero();
+  double slack = 0;  ///< how far the sample may enter, length
   /// On the candidate. With one unknown the first entry is the normal force and the others are zero; with
   /// Dim it is the force in global axes.
   Vector<Dim> reaction = Vector<Dim>::Zero();

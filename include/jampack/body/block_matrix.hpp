@@ -101,6 +101,26 @@ class BlockCholesky {
     return factor_->solve(b);
   }
 
+  /// With the matrix P^T L L^T P: b becomes L^-1 P b. One row of b a degree of freedom, so that all its
+  /// columns are worked on at once.
+  void forward(Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>& b) const {
+    b = factor_->permutationP() * b;
+    const auto& lower = factor_->matrixL().nestedExpression();
+    const auto* start = lower.outerIndexPtr();
+    const auto* row = lower.innerIndexPtr();
+    const double* value = lower.valuePtr();
+    for (Eigen::Index j = 0; j < lower.cols(); ++j) {
+      auto pivot = b.row(j);
+      pivot /= value[start[j]];
+      for (auto k = start[j] + 1; k < start[j + 1]; ++k) b.row(row[k]).noalias() -= value[k] * pivot;
+    }
+  }
+  /// y becomes P^T L^-T y.
+  void backward(Eigen::VectorXd& y) const {
+    factor_->matrixU().solveInPlace(y);
+    y = factor_->permutationPinv() * y;
+  }
+
  private:
   Eigen::SparseMatrix<double> lower_;
   Array<Index> source_;

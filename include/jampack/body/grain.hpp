@@ -61,13 +61,38 @@ struct Grain {
   /// Forces as above and the exact tangent df/dx, written over `tangent`.
   bool internal_force_and_tangent(const Model& model, const Nodal& x, Nodal& force,
                                   BlockMatrix<Dim>& tangent) const {
+    return linearise<false>(model, x, force, tangent);
+  }
+
+  /// Forces as above and a positive semi-definite stand-in for the tangent, equal to it without stress.
+  bool internal_force_and_definite_tangent(const Model& model, const Nodal& x, Nodal& force,
+                                           BlockMatrix<Dim>& tangent) const {
+    return linearise<true>(model, x, force, tangent);
+  }
+  /// Smallest current/reference volume ratio of the cells.
+  double min_jacobian(const Nodal& x) const {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const auto& cell : cells)
+      smallest = std::min(smallest, Element::min_jacobian(cell, gather(cell, x)));
+    return smallest;
+  }
+
+  Vector<Dim> centre() const { return position * mass / mass.sum(); }
+
+ private:
+  template <bool Definite>
+  bool linearise(const Model& model, const Nodal& x, Nodal& force, BlockMatrix<Dim>& tangent) const {
     force.setZero(Dim, x.cols());
     tangent.set_zero(model.pattern);
     typename Element::Nodal f;
     typename Element::Tangent k;
     for (Index c = 0; c < cells.size(); ++c) {
       const auto& cell = cells[c];
-      if (!Element::force_and_tangent(cell, model.material, gather(cell, x), f, k)) return false;
+      if constexpr (Definite) {
+        if (!Element::force_and_definite_tangent(cell, model.material, gather(cell, x), f, k)) return false;
+      } else {
+        if (!Element::force_and_tangent(cell, model.material, gather(cell, x), f, k)) return false;
+      }
       const auto& map = model.scatter[c];
       for (int i = 0; i < Element::n_nodes; ++i) {
         force.col(cell.node[std::size_t(i)]) += f.col(i);
@@ -78,16 +103,6 @@ struct Grain {
     }
     return true;
   }
-
-  /// Smallest current/reference volume ratio of the cells.
-  double min_jacobian(const Nodal& x) const {
-    double smallest = std::numeric_limits<double>::infinity();
-    for (const auto& cell : cells)
-      smallest = std::min(smallest, Element::min_jacobian(cell, gather(cell, x)));
-    return smallest;
-  }
-
-  Vector<Dim> centre() const { return position * mass / mass.sum(); }
 };
 
 }  // namespace jampack

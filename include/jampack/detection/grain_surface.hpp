@@ -21,32 +21,10 @@ class GrainSurface {
     bool on_surface = false;
   };
 
-  /// The surface about a point of a face, to first order. The normal field is the averaged one, the gap is
-  /// measured along it, and yet it changes along the face's own normal: gap_gradient . normal = 1.
-  struct Tangents {
-    Vector<Dim> gap_gradient;  ///< d gap / d x of the point projected
-    FaceShape<Dim> shape;
-    Eigen::Matrix<double, Dim, Dim - 1> dual;          ///< a^k: dxi_k = a^k . dx for dx along the surface
-    Eigen::Matrix<double, Dim, Dim - 1> normal_slope;  ///< d normal / d xi_k
-  };
-
-  Tangents tangents(const Projection& p) const {
-    const auto& face = boundary_->faces[p.face];
-    Tangents t;
-    t.shape = face_shape<Dim>(face.n_nodes, p.xi);
-    const Eigen::Matrix<double, Dim, Dim - 1> along = interpolate(face, t.shape.derivative, *position_);
-    const Eigen::Matrix<double, Dim - 1, Dim - 1> metric = along.transpose() * along;
-    t.dual = along * metric.inverse();
-    const Vector<Dim> own_normal = face_normal<Dim>(along);
-    t.gap_gradient = own_normal / own_normal.dot(p.normal);
-    const double length = interpolate(face, t.shape.value, normal_).norm();
-    const Eigen::Matrix<double, Dim, Dim - 1> dm = interpolate(face, t.shape.derivative, normal_);
-    t.normal_slope = (dm - p.normal * (p.normal.transpose() * dm)) / length;
-    return t;
-  }
-
-  /// Takes over new nodal positions; `position` must outlive the surface.
-  void update(const Boundary<Dim>& boundary, const Nodal& position) {
+  /// Takes over new nodal positions of a grain of this undeformed diameter; `position` must outlive the
+  /// surface.
+  void update(const Boundary<Dim>& boundary, const Nodal& position, double diameter) {
+    diameter_ = diameter;
     boundary_ = &boundary;
     position_ = &position;
     normal_.setZero(Dim, position.cols());
@@ -61,6 +39,7 @@ class GrainSurface {
 
   const Boundary<Dim>& boundary() const { return *boundary_; }
   const Nodal& position() const { return *position_; }
+  double diameter() const { return diameter_; }  ///< of the undeformed grain
 
   Vector<Dim> point(Index face, const FaceCoordinates<Dim>& xi) const {
     const auto& f = boundary_->faces[face];
@@ -174,6 +153,7 @@ class GrainSurface {
   const Boundary<Dim>* boundary_ = nullptr;
   const Nodal* position_ = nullptr;
   Nodal normal_;
+  double diameter_ = 1;
 };
 
 }  // namespace jampack

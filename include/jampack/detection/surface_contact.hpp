@@ -14,16 +14,17 @@ namespace jampack {
 /// sum_j N_j(xi) v_j (antagonist), along `normal` and across it.
 template <int Dim>
 struct SurfaceContact {
-  Index candidate = 0;   ///< grain
-  Index sample = 0;      ///< of the candidate's boundary
-  Index antagonist = 0;  ///< grain, or -1 - wall
-  Index face = -1;       ///< of the antagonist's boundary
-  Index n_nodes = 0;     ///< of that face; 0 at a wall
+  Index candidate = 0;                                     ///< grain
+  Index sample = 0;                                        ///< of the candidate's boundary
+  Index antagonist = 0;                                    ///< grain, or -1 - wall
+  Index face = -1;                                         ///< of the antagonist's boundary
+  FaceCoordinates<Dim> xi = FaceCoordinates<Dim>::Zero();  ///< on that face
+  Index n_nodes = 0;                                       ///< of that face; 0 at a wall
   std::array<Index, max_face_nodes<Dim>> node{};
   Eigen::Matrix<double, max_face_nodes<Dim>, 1> weight;
   Vector<Dim> normal;  ///< from antagonist to candidate
-  double gap = 0;
-  typename GrainSurface<Dim>::Tangents tangents;  ///< of the antagonist's surface, not set at a wall
+  double slack = 0;    ///< how far the sample may enter, >= 0: its boundary lies that far inside, length
+  double gap = 0;      ///< of that boundary: signed distance plus slack
 
   bool is_wall() const { return antagonist < 0; }
   Index wall() const { return -1 - antagonist; }
@@ -33,12 +34,12 @@ struct SurfaceContact {
   void set(const GrainSurface<Dim>& surface, const typename GrainSurface<Dim>::Projection& p) {
     const auto& f = surface.boundary().faces[p.face];
     face = p.face;
+    xi = p.xi;
     n_nodes = f.n_nodes;
     node = f.node;
-    tangents = surface.tangents(p);
-    weight = tangents.shape.value;
+    weight = face_shape<Dim>(f.n_nodes, p.xi).value;
     normal = p.normal;
-    gap = p.gap;
+    gap = p.gap + slack;
   }
 
   template <class Nodal>

@@ -35,6 +35,13 @@ std::pair<Index, double> nearest_node(const GrainSurface<Dim>& surface, const Ve
   return best;
 }
 
+/// Of two grains the smaller, which has the finer mesh, leads: its nodes are held on the other's surface.
+template <int Dim>
+bool leads(const Array<GrainSurface<Dim>>& surfaces, Index a, Index b) {
+  const double da = surfaces[a].diameter(), db = surfaces[b].diameter();
+  return da < db || (da == db && a < b);
+}
+
 }  // namespace detail
 
 /// All samples within range of another grain (`pairs`) or of a wall (`walls`), sorted by key. Grains that
@@ -71,7 +78,9 @@ void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room
         const double edge = other.boundary().edge_length * bounds.diameter[b];
         if (std::sqrt(distance) > range.reach + range.depth + 2 * edge) continue;
         const auto p = other.project(x, other.boundary().face_of_node[node]);
-        if (!p.on_surface || p.gap > range.reach || p.gap < -range.depth || outward.dot(p.normal) > 0.5)
+        contact.slack = surface.boundary().slack(s, detail::leads(surfaces, a, b)) * surface.diameter();
+        if (!p.on_surface || p.gap + contact.slack > range.reach || p.gap < -range.depth ||
+            outward.dot(p.normal) > 0.5)
           continue;
         contact.antagonist = b;
         contact.set(other, p);
@@ -79,7 +88,8 @@ void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room
       }
       contact.n_nodes = 0;
       for (Index w = 0; w < room.n_walls(); ++w) {
-        contact.gap = room.gap(w, x);
+        contact.slack = surface.boundary().slack(s, true) * surface.diameter();
+        contact.gap = room.gap(w, x) + contact.slack;
         if (contact.gap > range.reach) continue;
         contact.antagonist = -1 - w;
         contact.normal = room.normal[w];

@@ -16,7 +16,7 @@ using AnyStoredState = std::variant<StoredState<2>, StoredState<3>>;
 namespace detail {
 
 inline constexpr std::string_view checkpoint_magic = "JAMPACK\n";
-inline constexpr std::uint64_t checkpoint_version = 1;
+inline constexpr std::uint64_t checkpoint_version = 2;
 inline constexpr std::size_t checkpoint_header = 8 + 4 * 8;  // magic, version, dimension, length, checksum
 
 /// The order of everything in the file, once for writing and reading.
@@ -54,7 +54,7 @@ void visit_fields(Archive& archive, State& state) {
     whole(contact.sample);
     whole(contact.antagonist);
     whole(contact.face);
-    archive(contact.reaction);
+    all(contact.xi, contact.normal, contact.slack, contact.reaction);
   };
   archive.sequence(state.pairs, contact_fields);
   archive.sequence(state.walls, contact_fields);

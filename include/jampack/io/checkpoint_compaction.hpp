@@ -20,8 +20,8 @@ inline constexpr std::string_view stored_material_name<LinearElastic> = "linear_
 
 /// The state of a compaction after its last accepted step. `parameters` are the program's own, kept as they
 /// are.
-template <class Packing, ContactLaw Law>
-StoredState<Packing::dimension> stored_state(const Compaction<Packing, Law>& compaction,
+template <class Packing, ContactLaw Law, class Solver>
+StoredState<Packing::dimension> stored_state(const Compaction<Packing, Law, Solver>& compaction,
                                              std::map<std::string, std::string> parameters = {}) {
   constexpr int Dim = Packing::dimension, N = n_contact_unknowns<Law, Dim>;
   static_assert(!stored_material_name<typename Packing::Material>.empty(), "give the material a stored name");
@@ -48,7 +48,8 @@ StoredState<Packing::dimension> stored_state(const Compaction<Packing, Law>& com
   const auto keep = [](const auto& set, Array<StoredContact<Dim>>& stored) {
     for (Index c = 0; c < set.size(); ++c) {
       const auto& contact = set.contact[c];
-      stored.push_back({contact.candidate, contact.sample, contact.antagonist, contact.face});
+      stored.push_back({contact.candidate, contact.sample, contact.antagonist, contact.face, contact.xi,
+                        contact.normal, contact.slack});
       stored.back().reaction.head(set.reaction[c].size()) = set.reaction[c];
     }
   };
@@ -70,9 +71,10 @@ StoredState<Packing::dimension> stored_state(const Compaction<Packing, Law>& com
 /// The compaction that stored_state() was taken of, to be continued as if it had never stopped: its further
 /// steps are the same bit for bit where law and options are. Throws InvalidInput where the state is of
 /// another element, material or law, or its parts do not fit together.
-template <class Packing, ContactLaw Law>
-Compaction<Packing, Law> restored_compaction(const StoredState<Packing::dimension>& state, Law law,
-                                             CompactionOptions options, SoftStepOptions step_options) {
+template <class Packing, ContactLaw Law, class Solver = DefaultSolver>
+Compaction<Packing, Law, Solver> restored_compaction(const StoredState<Packing::dimension>& state, Law law,
+                                                     CompactionOptions options,
+                                                     SoftStepOptions step_options) {
   constexpr int Dim = Packing::dimension, N = n_contact_unknowns<Law, Dim>;
   require(state.element == Packing::Element::name,
           "the checkpoint has element " + state.element + ", not " + std::string(Packing::Element::name));
@@ -95,7 +97,7 @@ Compaction<Packing, Law> restored_compaction(const StoredState<Packing::dimensio
     packing.grains.back().position = stored.position;
     packing.grains.back().velocity = stored.velocity;
   }
-  Compaction<Packing, Law> compaction(std::move(packing), law, options, step_options);
+  Compaction<Packing, Law, Solver> compaction(std::move(packing), law, options, step_options);
   if (state.progress.n_steps > 0)
     for (const auto& stored : state.grains) {
       compaction.position_before.push_back(stored.position_before);
@@ -105,7 +107,8 @@ Compaction<Packing, Law> restored_compaction(const StoredState<Packing::dimensio
   Array<GrainSurface<Dim>> surfaces(state.grains.size());
   const auto& boundary = compaction.packing.model->boundary;
   for (Index g = 0; g < surfaces.size(); ++g)
-    surfaces[g].update(boundary, compaction.packing.grains[g].position);
+    surfaces[g].update(boundary, compaction.packing.grains[g].position,
+                       compaction.packing.grains[g].diameter);
   const auto take = [&](const Array<StoredContact<Dim>>& stored, auto& set) {
     for (const auto& from : stored) {
       require(from.sample < boundary.samples.size(), "the checkpoint has a contact where its mesh has none");
@@ -113,12 +116,13 @@ Compaction<Packing, Law> restored_compaction(const StoredState<Packing::dimensio
       contact.candidate = from.candidate;
       contact.sample = from.sample;
       contact.antagonist = from.antagonist;
+      contact.slack = from.slack;
       const auto& surface = surfaces[from.candidate];
       const Vector<Dim> x = surface.sample_point(boundary.samples[from.sample],
                                                  compaction.packing.grains[from.candidate].position);
       if (from.is_wall()) {
         contact.normal = state.room.normal[from.wall()];
-        contact.gap = state.room.gap(from.wall(), x);
+        contact.gap = state.room.gap(from.wall(), x) + contact.slack;
       } else {
         const auto& other = surfaces[from.antagonist];
         contact.set(other, other.project(x, from.face));

@@ -33,21 +33,36 @@ struct Boundary {
   Array<Index> face_of_node;  ///< one incident face of each mesh node, -1 inside
   Array<Sample> samples;      ///< where non-penetration is enforced: all nodes, then points inside faces
   double edge_length = 0;     ///< mean distance of neighbouring surface nodes, unit diameter
-  double sample_area = 0;     ///< surface area (length in 2D) a sample, unit diameter
+  static constexpr double entry = 1e-3;    ///< slack of secondary samples, over the diameter
+  static constexpr double spacing = 0.16;  ///< largest side of the sub-faces they lie on, over the diameter
+
+  /// How far a sample may enter the other side, over the diameter: not at all for the nodes of the grain that
+  /// leads; all other samples only bound what happens between those (docs/theory/deformable_stage.md,
+  /// section 2).
+  double slack(Index sample, bool leads) const { return leads && sample < nodes.size() ? 0.0 : entry; }
+
+  double node_area = 0;  ///< surface area (length in 2D) a node, unit diameter
 };
 
-/// Points inside a face at which non-penetration is enforced: the centres of its linear sub-faces.
+/// Points of a face: the corners and centres of the sub-faces that cut each of its sides into n.
 template <int Dim>
-Array<FaceCoordinates<Dim>> interior_samples(Index n_nodes) {
+Array<FaceCoordinates<Dim>> face_samples(Index n) {
   using Xi = FaceCoordinates<Dim>;
-  if constexpr (Dim == 2) {
-    if (n_nodes == 2) return {Xi(0.5)};
-    return {Xi(0.25), Xi(0.75)};
-  } else {
-    constexpr double third = 1.0 / 3, sixth = 1.0 / 6;
-    if (n_nodes == 3) return {Xi(third, third)};
-    return {Xi(sixth, sixth), Xi(4 * sixth, sixth), Xi(sixth, 4 * sixth), Xi(third, third)};
+  Array<Xi> points;
+  const double side = 1 / double(n);
+  for (Index i = 0; i <= n; ++i) {
+    if constexpr (Dim == 2) {
+      points.push_back(Xi(side * double(i)));
+      if (i < n) points.push_back(Xi(side * (double(i) + 0.5)));
+    } else {
+      for (Index j = 0; i + j <= n; ++j) {
+        points.push_back(side * Xi(double(i), double(j)));
+        if (i + j + 1 <= n) points.push_back(side * Xi(double(i) + 1.0 / 3, double(j) + 1.0 / 3));
+        if (i + j + 2 <= n) points.push_back(side * Xi(double(i) + 2.0 / 3, double(j) + 2.0 / 3));
+      }
+    }
   }
+  return points;
 }
 
 namespace detail {
@@ -84,7 +99,7 @@ void link_neighbours(Boundary<Dim>& boundary) {
 }
 
 template <int Dim>
-void place_samples(Boundary<Dim>& boundary) {
+void place_samples(Boundary<Dim>& boundary, double side) {
   using Sample = typename Boundary<Dim>::Sample;
   for (const Index node : boundary.nodes) {
     Sample sample;
@@ -101,11 +116,22 @@ void place_samples(Boundary<Dim>& boundary) {
     sample.weight[0] = 1;
     boundary.samples.push_back(sample);
   }
-  for (Index f = 0; f < boundary.faces.size(); ++f)
-    for (const auto& xi : interior_samples<Dim>(boundary.faces[f].n_nodes)) {
-      const auto& face = boundary.faces[f];
-      boundary.samples.push_back({f, xi, face.n_nodes, face.node, face_shape<Dim>(face.n_nodes, xi).value});
+  const auto points = face_samples<Dim>(std::max<Index>(1, Index(std::ceil(side / Boundary<Dim>::spacing))));
+  for (Index f = 0; f < boundary.faces.size(); ++f) {
+    const auto& face = boundary.faces[f];
+    for (const auto& xi : points) {
+      // A point on a side belongs to the first of its two faces, a node is a sample already.
+      bool is_own = true;
+      for (Index i = 0; i < face.n_nodes; ++i)
+        is_own = is_own && (xi - face_node_coordinates<Dim>(i)).norm() > 1e-9;
+      if constexpr (Dim == 3) {
+        const double b[] = {1 - xi.sum(), xi[0], xi[1]};
+        for (std::size_t k = 0; k < 3; ++k) is_own = is_own && (b[k] > 1e-9 || f < boundary.neighbour[f][k]);
+      }
+      if (is_own)
+        boundary.samples.push_back({f, xi, face.n_nodes, face.node, face_shape<Dim>(face.n_nodes, xi).value});
     }
+  }
 }
 
 }  // namespace detail
@@ -117,7 +143,7 @@ Boundary<Dim> make_boundary(const Mesh<Dim>& mesh) {
   boundary.faces = mesh.faces;
   boundary.nodes = mesh.boundary_nodes;
   boundary.face_of_node.assign(mesh.nodes.size(), -1);
-  double area = 0, edges = 0;
+  double area = 0, edges = 0, sides = 0;
   for (Index f = 0; f < mesh.faces.size(); ++f) {
     const auto& face = mesh.faces[f];
     for (Index i = 0; i < face.n_nodes; ++i) boundary.face_of_node[face.node[std::size_t(i)]] = f;
@@ -126,12 +152,14 @@ Boundary<Dim> make_boundary(const Mesh<Dim>& mesh) {
       tangent.col(Index(k) - 1) = mesh.nodes[face.node[k]] - mesh.nodes[face.node[0]];
     area += face_normal<Dim>(tangent).norm() / (Dim == 2 ? 1 : 2);
     const double edges_a_side = face.n_nodes == Dim ? 1 : 2;
-    edges += tangent.colwise().norm().mean() / edges_a_side;
+    const double side = tangent.colwise().norm().mean();
+    sides += side;
+    edges += side / edges_a_side;
   }
   detail::link_neighbours(boundary);
-  detail::place_samples(boundary);
+  detail::place_samples(boundary, sides / double(mesh.faces.size()));
   boundary.edge_length = edges / double(mesh.faces.size());
-  boundary.sample_area = area / double(boundary.samples.size());
+  boundary.node_area = area / double(boundary.nodes.size());
   return boundary;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <jampack/core/error.hpp>
+#include <jampack/problem/block_sparse_delassus.hpp>
 #include <jampack/problem/delassus.hpp>
 #include <jampack/problem/rows_times.hpp>
 #include <string>
@@ -53,6 +54,7 @@ class GrainComplianceDelassus {
         diagonal_[c] += grain.sign[i] * grain.sign[i] * grain.compliance.template block<N, N>(N * i, N * i);
       }
       n_gathered_ += width;
+      members_.push_back({start, std::move(grain.contact)});
     }
     for (Index c = 0; c < n_contacts; ++c)
       require(places_[c].count > 0, "grain compliances: contact " + std::to_string(c) + " is on no grain");
@@ -61,6 +63,20 @@ class GrainComplianceDelassus {
   Index n_contacts() const { return places_.size(); }
   Index n_stored() const { return values_.size(); }  ///< stored scalars
   const Block& diagonal_block(Index c) const { return diagonal_[c]; }
+
+  /// All blocks of W, grain by grain: that of two contacts between the same two grains comes in two parts.
+  Array<DelassusBlock<N>> blocks() const {
+    Array<DelassusBlock<N>> all;
+    for (const auto& [start, contact] : members_) {
+      const Index width = N * contact.size();
+      using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+      const Eigen::Map<const Rows> c(values_.data() + start, width, width);
+      for (Index i = 0; i < contact.size(); ++i)
+        for (Index j = 0; j < contact.size(); ++j)
+          all.push_back({contact[i], contact[j], c.template block<N, N>(N * i, N * j)});
+    }
+    return all;
+  }
 
   Motion motion(const Eigen::VectorXd& r) const {
     Motion motion{Eigen::VectorXd::Zero(n_gathered_)};
@@ -100,7 +116,12 @@ class GrainComplianceDelassus {
     int count = 0;
     Part part[2];
   };
+  struct Members {
+    Index start;  // of the grain's C among all values
+    Array<Index> contact;
+  };
   Array<Place> places_;
+  Array<Members> members_;
   Array<double> values_;
   Array<Block> diagonal_;
   Index n_gathered_ = 0;

@@ -12,22 +12,22 @@ namespace jampack {
 struct CompactionOptions {
   double inertial_number = 1e-3;  ///< I = v0 sqrt(rho / E) with v0 the speed of each wall
   double kinetic_ratio = 1e-5;   ///< bound on rho v0^2 / P: over a strain step it is the imbalance of a grain
-  double least_pressure = 1e-5;  ///< P / E that the bound reckons with where there is less
+  double least_pressure = 1e-2;  ///< P / E that the bound reckons with where there is less
   double first_strain = 1e-3;    ///< first volumetric strain step, -d ln V
   double max_strain = 0.01;      ///< largest step
   double min_strain = 1e-7;      ///< below this the compaction is given up
-  int easy_iterations = 24;      ///< a step that needed no more may be followed by a larger one
+  int easy_iterations = 30;      ///< a step that needed no more may be followed by a larger one
 };
 
 /// Presses a packing by homothetic closing of its room at constant wall speed, in adaptive implicit steps:
 /// a step that fails is cut, one that was easy lets the next grow.
-template <class Packing, ContactLaw Law>
+template <class Packing, ContactLaw Law, class Solver = DefaultSolver>
 class Compaction {
  public:
   static constexpr int Dim = Packing::dimension;
 
   Packing packing;
-  SoftStep<Packing, Law> step;
+  SoftStep<Packing, Law, Solver> step;
   CompactionOptions options;
 
   Index n_steps = 0;

@@ -29,13 +29,6 @@ class NewtonSystem {
     std::array<std::array<double, max_face_nodes<Dim>>, 2> weight{};  ///< negative on the antagonist
     Matrix<Dim> stiffness;
     Matrix<Dim> definite;
-    /// How the antagonist's normal and the point of attack turn and move with the bodies (eq. 10); unused at
-    /// a wall.
-    bool turns = false;
-    Matrix<Dim> turn;  ///< d force / d normal
-    Vector<Dim> normal, force;
-    Eigen::Matrix<double, Dim, Dim - 1> dual, normal_slope;
-    Eigen::Matrix<double, max_face_nodes<Dim>, Dim - 1> gradient;
   };
 
   Threads threads;
@@ -55,8 +48,7 @@ class NewtonSystem {
   }
 
   void add(const typename Boundary<Dim>::Sample& sample, const SurfaceContact<Dim>& contact,
-           const Matrix<Dim>& stiffness, const Matrix<Dim>& definite, const Vector<Dim>& force,
-           const Matrix<Dim>& turn) {
+           const Matrix<Dim>& stiffness, const Matrix<Dim>& definite) {
     auto& c = couplings.emplace_back();
     c.stiffness = stiffness;
     c.definite = definite;
@@ -67,13 +59,6 @@ class NewtonSystem {
       c.weight[0][i] = sample.weight[Index(i)];
     }
     if (contact.is_wall()) return;
-    c.turns = true;
-    c.turn = turn;
-    c.normal = contact.normal;
-    c.force = force;
-    c.dual = contact.tangents.dual;
-    c.normal_slope = contact.tangents.normal_slope;
-    c.gradient = contact.tangents.shape.derivative;
     c.body[1] = static_cast<std::int32_t>(contact.antagonist);
     c.n_nodes[1] = static_cast<std::int32_t>(contact.n_nodes);
     for (std::size_t i = 0; i < std::size_t(contact.n_nodes); ++i) {
@@ -90,7 +75,6 @@ class NewtonSystem {
         if (couplings[c].body[std::size_t(side)] >= 0)
           sides_[couplings[c].body[std::size_t(side)]].push_back({c, side});
     pull_.resize(couplings.size());
-    slide_.resize(couplings.size());
   }
 
   /// Factorises every grain with its own contacts. Where the sum is not positive definite (a grain near a
@@ -170,14 +154,6 @@ class NewtonSystem {
             relative += coupling.weight[s][i] *
                         x.template segment<Dim>(n_ * coupling.body[s] + Dim * coupling.node[s][i]);
         pull_[c].noalias() = coupling.stiffness * relative;
-        if (!coupling.turns) continue;
-        slide_[c].noalias() = coupling.dual.transpose() * relative;
-        Eigen::Matrix<double, Dim - 1, 1> tilt = Eigen::Matrix<double, Dim - 1, 1>::Zero();
-        for (std::size_t i = 0; i < std::size_t(coupling.n_nodes[1]); ++i)
-          tilt += coupling.normal.dot(
-                      x.template segment<Dim>(n_ * coupling.body[1] + Dim * coupling.node[1][i])) *
-                  coupling.gradient.row(Index(i)).transpose();
-        pull_[c] -= coupling.turn * (coupling.normal_slope * slide_[c] - coupling.dual * tilt);
       }
     });
     parallel_for(threads, packing_->grains.size(), [&](Index g) {
@@ -187,10 +163,6 @@ class NewtonSystem {
         const auto s = std::size_t(side);
         for (std::size_t i = 0; i < std::size_t(coupling.n_nodes[s]); ++i)
           Eigen::Map<Vector<Dim>>(base + Dim * coupling.node[s][i]) += coupling.weight[s][i] * pull_[c];
-        if (coupling.turns && side == 1)
-          for (std::size_t i = 0; i < std::size_t(coupling.n_nodes[1]); ++i)
-            Eigen::Map<Vector<Dim>>(base + Dim * coupling.node[1][i]) +=
-                coupling.gradient.row(Index(i)).dot(slide_[c]) * coupling.force;
       }
     });
   }
@@ -230,7 +202,6 @@ class NewtonSystem {
   Eigen::PartialPivLU<Eigen::MatrixXd> coarse_;
   Array<Array<std::pair<Index, int>>> sides_;
   mutable Array<Vector<Dim>> pull_;
-  mutable Array<Eigen::Matrix<double, Dim - 1, 1>> slide_;
 };
 
 }  // namespace jampack

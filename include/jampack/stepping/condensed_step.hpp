@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <jampack/body/soft_packing.hpp>
+#include <jampack/core/parallel.hpp>
+#include <jampack/detection/surface_contact.hpp>
+#include <jampack/geometry/frame.hpp>
+#include <jampack/law/contact_law.hpp>
+#include <jampack/problem/contact_problem.hpp>
+#include <jampack/problem/grain_compliance_delassus.hpp>
+
+namespace jampack {
+
+/// One linearised step as a contact problem: the grains' tangents are condensed on the contacts,
+///   s = W r + q,   W = H T^-1 H^T,   q = s(x) - H T^-1 R0,
+/// with s the displacements of the contacts in the step and R0 the imbalance without contact forces
+/// (docs/theory/deformable_stage.md, section 7). Any contact solver can solve it.
+template <class Packing, ContactLaw Law>
+class CondensedStep {
+ public:
+  static constexpr int Dim = Packing::dimension;
+  static constexpr int N = n_contact_unknowns<Law, Dim>;
+  using Nodal = typename Packing::Nodal;
+  using Problem = ContactProblem<GrainComplianceDelassus<N>, Law>;
+
+  /// One contact of the problem: its displacement in the step at x and what carries it.
+  struct Entry {
+    const SurfaceContact<Dim>* contact;
+    Vector<Dim> displacement;  ///< global axes
+    double friction;
+  };
+
+  Threads threads;
+
+  /// Factorises the positive definite tangents `tangent` grain by grain.
+  void factorise(const Packing& packing, const Array<BlockMatrix<Dim>>& tangent) {
+    if (factor_.size() != tangent.size()) {
+      factor_.clear();
+      for (Index g = 0; g < tangent.size(); ++g) factor_.emplace_back().analyse(packing.model->pattern);
+    }
+    parallel_for(threads, tangent.size(), [&](Index g) {
+      if (!factor_[g].factorise(tangent[g]))
+        throw NotConverged("condensed step: the tangent of grain " + std::to_string(g) +
+                           " is not positive definite");
+    });
+  }
+
+  /// The contact problem of these contacts; `imbalance` is R0 of each grain.
+  Problem problem(const Packing& packing, const Array<typename Boundary<Dim>::Sample>& samples,
+                  const Array<Entry>& entries, const Array<Nodal>& imbalance, const Law& law) {
+    const Index n_grains = packing.grains.size(), n = Dim * packing.n_nodes();
+    Array<GrainCompliance<N>> grains(n_grains);
+    pull_.resize(n_grains);
+    sides_.assign(n_grains, {});
+    for (Index c = 0; c < entries.size(); ++c) {
+      const auto& contact = *entries[c].contact;
+      grains[contact.candidate].contact.push_back(c);
+      grains[contact.candidate].sign.push_back(1);
+      if (contact.is_wall()) continue;
+      grains[contact.antagonist].contact.push_back(c);
+      grains[contact.antagonist].sign.push_back(-1);
+    }
+    Eigen::VectorXd q = Eigen::VectorXd::Zero(N * entries.size());
+    Array<Eigen::VectorXd> moved(n_grains);
+    parallel_for(threads, n_grains, [&](Index g) {
+      auto& grain = grains[g];
+      const Index m = grain.contact.size();
+      sides_[g] = {grain.contact, grain.sign};
+      // Columns: the pulls of the contacts, then the load.
+      pull_[g].setZero(n, N * m + 1);
+      pull_[g].col(N * m) = -Eigen::Map<const Eigen::VectorXd>(imbalance[g].data(), n);
+      for (Index k = 0; k < m; ++k) {
+        const auto& contact = *entries[grain.contact[k]].contact;
+        const auto axes = rows(contact);
+        const auto spread = [&](Index node, double weight) {
+          pull_[g].template block<Dim, N>(Dim * node, N * k) += weight * axes.transpose();
+        };
+        if (grain.sign[k] > 0) {
+          const auto& sample = samples[contact.sample];
+          for (Index i = 0; i < sample.n; ++i) spread(sample.node[std::size_t(i)], sample.weight[i]);
+        } else {
+          for (Index i = 0; i < contact.n_nodes; ++i) spread(contact.node[std::size_t(i)], contact.weight[i]);
+        }
+      }
+      factor_[g].forward(pull_[g]);
+      const auto own = pull_[g].leftCols(N * m);
+      grain.compliance.noalias() = own.transpose() * own;
+      moved[g].noalias() = own.transpose() * pull_[g].col(N * m);
+    });
+    Array<typename Law::Contact> laws;
+    for (Index c = 0; c < entries.size(); ++c) {
+      q.template segment<N>(N * c) = rows(*entries[c].contact) * entries[c].displacement;
+      laws.push_back(entries[c].contact->is_wall() ? typename Law::Contact{} : law);
+    }
+    for (Index g = 0; g < n_grains; ++g)
+      for (Index k = 0; k < grains[g].contact.size(); ++k)
+        q.template segment<N>(N * grains[g].contact[k]) +=
+            grains[g].sign[k] * moved[g].template segment<N>(N * k);
+    return Problem(GrainComplianceDelassus<N>(entries.size(), std::move(grains)), std::move(q),
+                   std::move(laws));
+  }
+
+  /// The motion of all grains that goes with the reactions of the last problem().
+  void motion(const Eigen::VectorXd& reaction, Eigen::VectorXd& dx) const {
+    const Index n_grains = pull_.size(), n = pull_[0].rows();
+    dx.resize(n * n_grains);
+    parallel_for(threads, n_grains, [&](Index g) {
+      const auto& [contact, sign] = sides_[g];
+      Eigen::VectorXd own(N * contact.size() + 1);
+      for (Index k = 0; k < contact.size(); ++k)
+        own.template segment<N>(N * k) = sign[k] * reaction.template segment<N>(N * contact[k]);
+      own[N * contact.size()] = 1;
+      Eigen::VectorXd moved = pull_[g] * own;
+      factor_[g].backward(moved);
+      dx.segment(n * g, n) = moved;
+    });
+  }
+
+  /// The local axes a contact's unknowns lie along, as rows.
+  static Eigen::Matrix<double, N, Dim> rows(const SurfaceContact<Dim>& contact) {
+    return contact_frame<Dim>(contact.normal).template topRows<N>();
+  }
+
+ private:
+  Array<BlockCholesky<Dim>> factor_;
+  Array<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> pull_;  ///< L^-1 H^T, L^-1 R0
+  Array<std::pair<Array<Index>, Array<double>>> sides_;
+};
+
+}  // namespace jampack
