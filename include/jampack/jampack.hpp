@@ -27,12 +27,14 @@
 #include <jampack/mesh/sphere_points.hpp>
 
 #include <jampack/element/averaged_dilatation.hpp>
+#include <jampack/element/composite_simplex.hpp>
 #include <jampack/element/definite.hpp>
 #include <jampack/element/element.hpp>
 #include <jampack/element/linear_simplex.hpp>
 #include <jampack/element/macro_simplex.hpp>
 #include <jampack/element/quadratic_simplex.hpp>
 #include <jampack/element/shape_gradients.hpp>
+#include <jampack/element/tangent_sum.hpp>
 
 #include <jampack/material/isotropic_moduli.hpp>
 #include <jampack/material/linear_elastic.hpp>
