@@ -36,10 +36,13 @@
 #include <jampack/element/shape_gradients.hpp>
 #include <jampack/element/tangent_sum.hpp>
 
+#include <jampack/material/hencky.hpp>
 #include <jampack/material/isotropic_moduli.hpp>
 #include <jampack/material/linear_elastic.hpp>
 #include <jampack/material/material.hpp>
 #include <jampack/material/neo_hookean.hpp>
+#include <jampack/material/st_venant_kirchhoff.hpp>
+#include <jampack/material/volume_energy.hpp>
 
 #include <jampack/body/block_matrix.hpp>
 #include <jampack/body/grain.hpp>
