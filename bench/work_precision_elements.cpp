@@ -13,6 +13,7 @@
 #include <iostream>
 #include <jampack/analysis/hertz.hpp>
 #include <jampack/analysis/sphere_compression_reference.hpp>
+#include <jampack/element/brick.hpp>
 #include <jampack/element/composite_simplex.hpp>
 #include <jampack/element/linear_simplex.hpp>
 #include <jampack/element/macro_simplex.hpp>
@@ -24,6 +25,7 @@
 #include <jampack/material/linear_elastic.hpp>
 #include <jampack/material/neo_hookean.hpp>
 #include <jampack/mesh/ball_mesh.hpp>
+#include <jampack/mesh/brick_mesh.hpp>
 #include <jampack/packing/random.hpp>
 
 using namespace jampack;
@@ -262,11 +264,22 @@ const std::array<double, 4> approaches = {0.02, 0.05, 0.075, 0.10};
 struct Options {
   Index orientations = 20;
   double poisson = 0.495;
-  std::string elements, contacts = "nodes,weighted", cells = "400,816", out = ".";
+  std::string elements, contacts = "nodes,weighted", cells = "400,816", bricks = "2", out = ".";
 };
 
 bool named(const std::string& list, std::string_view name) {
   return list.empty() || ("," + list + ",").find("," + std::string(name) + ",") != std::string::npos;
+}
+
+Array<Index> numbers(const std::string& list) {
+  Array<Index> all;
+  std::stringstream rest(list);
+  for (std::string word; std::getline(rest, word, ',');) {
+    const auto number = to_number<Index>(word);
+    require(number && *number >= 0, "'" + word + "' is no number of cells or blocks");
+    if (*number > 0) all.push_back(*number);
+  }
+  return all;
 }
 
 template <class Element>
@@ -331,20 +344,24 @@ void work_precision(CommandLine& line) {
   line.option("elements", options.elements, "which elements, separated by commas; all by default");
   line.option("contacts", options.contacts, "nodes, weighted");
   line.option("cells", options.cells, "wanted numbers of linear cells, separated by commas");
+  line.option("bricks", options.bricks, "blocks a side of the cores of brick meshes, separated by commas");
   line.option("out", options.out, "folder for work_precision_elements.csv");
   if (!line.parse()) return;
   CsvWriter table(std::filesystem::path(options.out) / "work_precision_elements.csv",
                   {"test", "element", "contact", "cells", "nodes", "delta_over_d", "mean_error",
                    "worst_error", "n_orientations", "cpu_seconds", "n_factorisations"});
   std::cout << "force error in %, mean (worst), at delta/d = 0.02, 0.05, 0.075, 0.10; CPU seconds a ball\n";
-  std::stringstream list(options.cells);
-  for (std::string wanted; std::getline(list, wanted, ',');) {
-    const auto mesh = ball_mesh(to_number<Index>(wanted).value());
+  const auto press_all = [&](const Mesh<3>& mesh) {
     press_balls<LinearSimplex<3>>(options, mesh, table);
+    if (!mesh.bricks.empty()) press_balls<Brick<3>>(options, mesh, table);
+    if (mesh.macros.empty()) return;
     press_balls<MacroSimplex<3>>(options, mesh, table);
     press_balls<CompositeSimplex<3>>(options, mesh, table);
     press_balls<QuadraticSimplex<3>>(options, mesh, table);
-  }
+  };
+  for (const Index wanted : numbers(options.cells)) press_all(ball_mesh(wanted));
+  for (const Index n : numbers(options.bricks))
+    press_all(brick_mesh<3>({.n_core = n, .n_layers = (n + 1) / 2}));
 }
 
 }  // namespace
