@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <functional>
 #include <jampack/element/element.hpp>
 #include <jampack/material/hencky.hpp>
 #include <limits>
@@ -55,38 +56,81 @@ Matrix<Dim> half_turn_and_more() {
     return Eigen::AngleAxisd(2.5, Eigen::Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
 }
 
+/// One cell of an element and a material behind functions of plain vectors, so that what is checked below is
+/// compiled once and not for every element and material.
+struct AnyCell {
+  Eigen::VectorXd rest;
+  double size;
+  std::function<double(const Eigen::VectorXd&)> energy;
+  std::function<bool(const Eigen::VectorXd&, Eigen::VectorXd&)> force;
+  std::function<bool(const Eigen::VectorXd&, Eigen::VectorXd&, Eigen::MatrixXd&)> tangent, definite_tangent;
+};
+
+template <class Element, class M>
+AnyCell any_cell(const typename Element::Cell& cell, const M& material, const typename Element::Nodal& rest) {
+  using Nodal = typename Element::Nodal;
+  using Map = Eigen::Map<const Nodal>;
+  const auto derivatives = [=](auto&& evaluate) {
+    return [=](const Eigen::VectorXd& x, Eigen::VectorXd& f, Eigen::MatrixXd& k) {
+      Nodal force;
+      typename Element::Tangent tangent;
+      if (!evaluate(Nodal(Map(x.data())), force, tangent)) return false;
+      f = Eigen::Map<const Eigen::VectorXd>(force.data(), force.size());
+      k = tangent;
+      return true;
+    };
+  };
+  return {Eigen::Map<const Eigen::VectorXd>(rest.data(), rest.size()),
+          std::pow(cell.volume, 1 / static_cast<double>(rest.rows())),
+          [=](const Eigen::VectorXd& x) { return Element::energy(cell, material, Map(x.data())); },
+          [=](const Eigen::VectorXd& x, Eigen::VectorXd& f) {
+            Nodal force;
+            const bool good = Element::force(cell, material, Map(x.data()), force);
+            f = Eigen::Map<const Eigen::VectorXd>(force.data(), force.size());
+            return good;
+          },
+          derivatives([=](const Nodal& x, Nodal& f, typename Element::Tangent& k) {
+            return Element::force_and_tangent(cell, material, x, f, k);
+          }),
+          derivatives([=](const Nodal& x, Nodal& f, typename Element::Tangent& k) {
+            return Element::force_and_definite_tangent(cell, material, x, f, k);
+          })};
+}
+
+void check_derivatives(const AnyCell& cell) {
+  const double h = 1e-6 * cell.size;
+  const Eigen::VectorXd x = cell.rest + 0.08 * cell.size * Eigen::VectorXd::Random(cell.rest.size());
+  Eigen::VectorXd f, up, down;
+  Eigen::MatrixXd k, definite;
+  REQUIRE(cell.tangent(x, f, k));
+  REQUIRE(cell.force(x, up));
+  CHECK_THAT((f - up).norm(), WithinAbs(0, 1e-14 * f.norm()));
+  REQUIRE(cell.definite_tangent(x, up, definite));
+  CHECK_THAT((f - up).norm(), WithinAbs(0, 1e-14 * f.norm()));
+  CHECK((k - k.transpose()).norm() == 0);
+  CHECK((definite - definite.transpose()).norm() == 0);
+  CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(definite).eigenvalues()[0] > -1e-12 * definite.norm());
+  for (Index d = 0; d < x.size(); ++d) {
+    Eigen::VectorXd forward = x, backward = x;
+    forward[d] += h;
+    backward[d] -= h;
+    REQUIRE(cell.force(forward, up));
+    REQUIRE(cell.force(backward, down));
+    CHECK_THAT((cell.energy(forward) - cell.energy(backward)) / (2 * h), WithinAbs(f[d], 1e-7 * f.norm()));
+    CHECK_THAT(((up - down) / (2 * h) - k.col(d)).norm(), WithinAbs(0, 1e-7 * k.norm()));
+  }
+}
+
 template <class Element, int Dim, class M>
 void check_derivatives(const M& material) {
   const auto mesh = mesh_for<Element>(100);
   const auto cells = Element::cells(mesh, 1.0, Matrix<Dim>::Identity());
   std::srand(3);
   for (Index c = 0; c < cells.size(); c += cells.size() / 5) {
-    const auto& cell = cells[c];
-    const double size = std::pow(cell.volume, 1.0 / Dim), h = 1e-6 * size;
-    typename Element::Nodal x, f, up, down;
-    for (int a = 0; a < Element::n_nodes; ++a) x.col(a) = mesh.nodes[cell.node[static_cast<std::size_t>(a)]];
-    x += 0.08 * size * Element::Nodal::Random();
-    typename Element::Tangent k, definite;
-    REQUIRE(Element::force_and_tangent(cell, material, x, f, k));
-    REQUIRE(Element::force(cell, material, x, up));
-    CHECK_THAT((f - up).norm(), WithinAbs(0, 1e-14 * f.norm()));
-    REQUIRE(Element::force_and_definite_tangent(cell, material, x, up, definite));
-    CHECK_THAT((f - up).norm(), WithinAbs(0, 1e-14 * f.norm()));
-    CHECK((k - k.transpose()).norm() == 0);
-    CHECK((definite - definite.transpose()).norm() == 0);
-    CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(definite)).eigenvalues()[0] >
-          -1e-12 * definite.norm());
-    for (int d = 0; d < Dim * Element::n_nodes; ++d) {
-      auto forward = x, backward = x;
-      forward(d % Dim, d / Dim) += h;
-      backward(d % Dim, d / Dim) -= h;
-      Element::force(cell, material, forward, up);
-      Element::force(cell, material, backward, down);
-      const double change =
-          Element::energy(cell, material, forward) - Element::energy(cell, material, backward);
-      CHECK_THAT(change / (2 * h), WithinAbs(f(d % Dim, d / Dim), 1e-7 * f.norm()));
-      CHECK_THAT(((up - down).reshaped() / (2 * h) - k.col(d)).norm(), WithinAbs(0, 1e-7 * k.norm()));
-    }
+    typename Element::Nodal rest;
+    for (int a = 0; a < Element::n_nodes; ++a)
+      rest.col(a) = mesh.nodes[cells[c].node[static_cast<std::size_t>(a)]];
+    check_derivatives(any_cell<Element>(cells[c], material, rest));
   }
 }
 
