@@ -49,6 +49,22 @@ Array<WallRow> node_rows(const Mesh<3>& mesh) {
   return rows;
 }
 
+/// Non-penetration at every boundary node and at the centres of the four parts of every quadratic face.
+Array<WallRow> sample_rows(const Mesh<3>& mesh) {
+  Array<WallRow> rows = node_rows(mesh);
+  constexpr double sixth = 1.0 / 6, third = 1.0 / 3;
+  for (const auto& face : mesh.faces)
+    for (const auto& [a, b] :
+         {std::pair{sixth, sixth}, {4 * sixth, sixth}, {sixth, 4 * sixth}, {third, third}}) {
+      const auto shape = face_shape<3>(face.n_nodes, FaceCoordinates<3>(a, b)).value;
+      WallRow row;
+      for (Index j = 0; j < face.n_nodes; ++j)
+        row.entry.emplace_back(face.node[static_cast<std::size_t>(j)], shape[j]);
+      rows.push_back(row);
+    }
+  return rows;
+}
+
 /// Gaps of the quadratic faces, weighted by the linear shape functions of their four parts: a row a node.
 Array<WallRow> weighted_rows(const Mesh<3>& mesh) {
   std::map<Index, std::map<Index, double>> sums;
@@ -264,7 +280,7 @@ const std::array<double, 4> approaches = {0.02, 0.05, 0.075, 0.10};
 struct Options {
   Index orientations = 20;
   double poisson = 0.495;
-  std::string elements, contacts = "nodes,weighted", cells = "400,816", bricks = "2", out = ".";
+  std::string elements, contacts = "nodes,samples", cells = "400,816", bricks = "2", out = ".";
 };
 
 bool named(const std::string& list, std::string_view name) {
@@ -285,9 +301,11 @@ Array<Index> numbers(const std::string& list) {
 template <class Element>
 void press_balls(const Options& options, const Mesh<3>& mesh, CsvWriter& table) {
   if (!named(options.elements, Element::name)) return;
-  for (const std::string contact : {"nodes", "weighted"}) {
+  for (const std::string contact : {"nodes", "samples", "weighted"}) {
     if (!named(options.contacts, contact)) continue;
-    const Array<WallRow> rows = contact == "nodes" ? node_rows(mesh) : weighted_rows(mesh);
+    const Array<WallRow> rows = contact == "nodes"     ? node_rows(mesh)
+                                : contact == "samples" ? sample_rows(mesh)
+                                                       : weighted_rows(mesh);
     RandomSource random(7);
     std::array<double, 4> worst{}, mean{};
     double seconds = 0;
@@ -342,7 +360,7 @@ void work_precision(CommandLine& line) {
   line.option("poisson", options.poisson, strictly_between(-1, 0.5),
               "0.495 or 0.3: where there is a reference");
   line.option("elements", options.elements, "which elements, separated by commas; all by default");
-  line.option("contacts", options.contacts, "nodes, weighted");
+  line.option("contacts", options.contacts, "which contacts: nodes, samples (nodes and centres), weighted");
   line.option("cells", options.cells, "wanted numbers of linear cells, separated by commas");
   line.option("bricks", options.bricks, "blocks a side of the cores of brick meshes, separated by commas");
   line.option("out", options.out, "folder for work_precision_elements.csv");

@@ -66,7 +66,7 @@ struct AveragedDilatation {
 
   /// f exact, k positive semi-definite: equal to the tangent where there is no stress, and elsewhere without
   /// the geometric stiffness of pressure and with the rotational part of the distortional tangent reduced
-  /// until no eigenvalue is negative (docs/theory/elements.md, eq. 7).
+  /// until no eigenvalue is negative (docs/theory/elements.md, eq. 8).
   template <Material<Dim> M>
   static bool force_and_definite_tangent(const Cell& cell, const M& material, const Nodal& x, Nodal& f,
                                          Tangent& k) {
