@@ -27,6 +27,8 @@
 #include <jampack/mesh/ball_mesh.hpp>
 #include <jampack/mesh/brick_mesh.hpp>
 #include <jampack/packing/random.hpp>
+#include <map>
+#include <sstream>
 
 using namespace jampack;
 
@@ -49,9 +51,9 @@ Array<WallRow> node_rows(const Mesh<3>& mesh) {
   return rows;
 }
 
-/// Non-penetration at every boundary node and at the centres of the four parts of every quadratic face.
-Array<WallRow> sample_rows(const Mesh<3>& mesh) {
-  Array<WallRow> rows = node_rows(mesh);
+/// Non-penetration at the centres of the four parts of every quadratic face.
+Array<WallRow> centre_rows(const Mesh<3>& mesh) {
+  Array<WallRow> rows;
   constexpr double sixth = 1.0 / 6, third = 1.0 / 3;
   for (const auto& face : mesh.faces)
     for (const auto& [a, b] :
@@ -92,6 +94,18 @@ Array<WallRow> weighted_rows(const Mesh<3>& mesh) {
     for (const auto& [other, weight] : sum) row.entry.emplace_back(other, weight / row.area);
     rows.push_back(row);
   }
+  return rows;
+}
+
+const Array<std::string> contact_names = {"nodes", "centres", "samples", "weighted"};
+
+/// The constraints of one kind of contact; "samples" are nodes and centres, what the library's step uses.
+Array<WallRow> rows_of(const std::string& contact, const Mesh<3>& mesh) {
+  if (contact == "nodes") return node_rows(mesh);
+  if (contact == "weighted") return weighted_rows(mesh);
+  Array<WallRow> rows = centre_rows(mesh);
+  if (contact == "samples")
+    for (const auto& row : node_rows(mesh)) rows.push_back(row);
   return rows;
 }
 
@@ -201,11 +215,11 @@ struct PressedBall : Body<3, Element, NeoHookean> {
   double moment = 0;  ///< of what holds it, over force times diameter
   Index n_factorisations = 0;
 
-  PressedBall(const Mesh<3>& mesh, const Matrix<3>& rotation, const Array<WallRow>& wall_rows, double poisson)
-      : Base(mesh, NeoHookean{1, poisson, 1}, rotation, wall_rows), rows(wall_rows) {
+  PressedBall(const Mesh<3>& of, const Matrix<3>& rotation, const Array<WallRow>& wall_rows, double poisson)
+      : Base(of, NeoHookean{1, poisson, 1}, rotation, wall_rows), rows(wall_rows) {
     multiplier.fill(Eigen::VectorXd::Zero(rows.size()));
     held.setZero(this->x.size(), 5);
-    for (Index i = 0; i < mesh.nodes.size(); ++i) {
+    for (Index i = 0; i < of.nodes.size(); ++i) {
       const Vector<3> at = this->volume[i] * this->reference.template segment<3>(3 * i);
       held.template block<2, 2>(3 * i, 0) = this->volume[i] * Matrix<2>::Identity();
       held.template block<3, 3>(3 * i, 2) << 0, at[2], -at[1], -at[2], 0, at[0], at[1], -at[0], 0;
@@ -280,7 +294,7 @@ const std::array<double, 4> approaches = {0.02, 0.05, 0.075, 0.10};
 struct Options {
   Index orientations = 20;
   double poisson = 0.495;
-  std::string elements, contacts = "nodes,samples", cells = "400,816", bricks = "2", out = ".";
+  std::string elements, contacts = "nodes,centres", cells = "400,816", bricks = "2", out = ".";
 };
 
 bool named(const std::string& list, std::string_view name) {
@@ -301,11 +315,9 @@ Array<Index> numbers(const std::string& list) {
 template <class Element>
 void press_balls(const Options& options, const Mesh<3>& mesh, CsvWriter& table) {
   if (!named(options.elements, Element::name)) return;
-  for (const std::string contact : {"nodes", "samples", "weighted"}) {
+  for (const std::string& contact : contact_names) {
     if (!named(options.contacts, contact)) continue;
-    const Array<WallRow> rows = contact == "nodes"     ? node_rows(mesh)
-                                : contact == "samples" ? sample_rows(mesh)
-                                                       : weighted_rows(mesh);
+    const Array<WallRow> rows = rows_of(contact, mesh);
     RandomSource random(7);
     std::array<double, 4> worst{}, mean{};
     double seconds = 0;
@@ -360,7 +372,7 @@ void work_precision(CommandLine& line) {
   line.option("poisson", options.poisson, strictly_between(-1, 0.5),
               "0.495 or 0.3: where there is a reference");
   line.option("elements", options.elements, "which elements, separated by commas; all by default");
-  line.option("contacts", options.contacts, "which contacts: nodes, samples (nodes and centres), weighted");
+  line.option("contacts", options.contacts, "which contacts: nodes, centres, samples (both), weighted");
   line.option("cells", options.cells, "wanted numbers of linear cells, separated by commas");
   line.option("bricks", options.bricks, "blocks a side of the cores of brick meshes, separated by commas");
   line.option("out", options.out, "folder for work_precision_elements.csv");
