@@ -19,6 +19,7 @@
 #include <jampack/mesh/ball_mesh.hpp>
 #include <jampack/mesh/boundary.hpp>
 #include <jampack/mesh/boundary_surface.hpp>
+#include <jampack/mesh/brick_mesh.hpp>
 #include <jampack/mesh/disk_mesh.hpp>
 #include <jampack/mesh/gmsh_reader.hpp>
 #include <jampack/mesh/mesh.hpp>
@@ -27,6 +28,7 @@
 #include <jampack/mesh/sphere_points.hpp>
 
 #include <jampack/element/averaged_dilatation.hpp>
+#include <jampack/element/brick.hpp>
 #include <jampack/element/composite_simplex.hpp>
 #include <jampack/element/definite.hpp>
 #include <jampack/element/element.hpp>
