@@ -19,6 +19,7 @@
 #include <jampack/mesh/ball_mesh.hpp>
 #include <jampack/mesh/boundary.hpp>
 #include <jampack/mesh/boundary_surface.hpp>
+#include <jampack/mesh/brick_mesh.hpp>
 #include <jampack/mesh/disk_mesh.hpp>
 #include <jampack/mesh/gmsh_reader.hpp>
 #include <jampack/mesh/mesh.hpp>
@@ -27,17 +28,23 @@
 #include <jampack/mesh/sphere_points.hpp>
 
 #include <jampack/element/averaged_dilatation.hpp>
+#include <jampack/element/brick.hpp>
+#include <jampack/element/composite_simplex.hpp>
 #include <jampack/element/definite.hpp>
 #include <jampack/element/element.hpp>
 #include <jampack/element/linear_simplex.hpp>
 #include <jampack/element/macro_simplex.hpp>
 #include <jampack/element/quadratic_simplex.hpp>
 #include <jampack/element/shape_gradients.hpp>
+#include <jampack/element/tangent_sum.hpp>
 
+#include <jampack/material/hencky.hpp>
 #include <jampack/material/isotropic_moduli.hpp>
 #include <jampack/material/linear_elastic.hpp>
 #include <jampack/material/material.hpp>
 #include <jampack/material/neo_hookean.hpp>
+#include <jampack/material/st_venant_kirchhoff.hpp>
+#include <jampack/material/volume_energy.hpp>
 
 #include <jampack/body/block_matrix.hpp>
 #include <jampack/body/grain.hpp>

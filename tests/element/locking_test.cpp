@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "../catch.hpp"
-#include "solid.hpp"
+#include "blocks.hpp"
 
 using namespace jampack;
 using namespace jampack_tests;
@@ -12,80 +12,27 @@ using Catch::Matchers::WithinRel;
 
 namespace {
 
-/// Makes macros of a simplex mesh of straight edges, then moves each mid node by `place`.
-template <int Dim, class Place>
-void add_macros(Mesh<Dim>& mesh, Place place) {
-  mesh.macros = add_mid_nodes<Dim>(mesh.cells, [&](Index a, Index b) {
-    mesh.nodes.push_back(place(mesh.nodes[a], mesh.nodes[b]));
-    return mesh.nodes.size() - 1;
-  });
-  mesh.cells = refine_macros<Dim>(mesh.nodes, mesh.macros);
-  find_boundary(mesh);
+/// Cook's membrane: corners (0, 0), (48, 44), (48, 60), (0, 44), n x n quadrilaterals.
+Vector<2> cook(double s, double t) {
+  return {48 * s, 44 * s + t * (44 - 28 * s)};
 }
 
-template <int Dim>
-Vector<Dim> straight(const Vector<Dim>& a, const Vector<Dim>& b) {
-  return (a + b) / 2;
-}
-
-/// Stacks `n_layers` layers of prisms over a triangle mesh, each cut in three tetrahedra (along the diagonals
-/// that start at the node of the smaller number, so that neighbours agree).
-Mesh<3> extruded(const Mesh<2>& base, double height, Index n_layers) {
-  Mesh<3> mesh;
-  const Index n = base.nodes.size();
-  for (Index l = 0; l <= n_layers; ++l)
-    for (const auto& node : base.nodes)
-      mesh.nodes.push_back(
-          {node[0], node[1], height * static_cast<double>(l) / static_cast<double>(n_layers)});
-  for (Index l = 0; l < n_layers; ++l)
-    for (auto t : base.cells) {
-      std::sort(t.begin(), t.end());
-      const Index low = l * n, high = low + n;
-      for (std::array<Index, 4> cell : {std::array{low + t[0], low + t[1], low + t[2], high + t[2]},
-                                        std::array{low + t[0], low + t[1], high + t[1], high + t[2]},
-                                        std::array{low + t[0], high + t[0], high + t[1], high + t[2]}}) {
-        if (simplex_determinant<3>(mesh.nodes, cell) < 0) std::swap(cell[0], cell[1]);
-        mesh.cells.push_back(cell);
-      }
-    }
-  return mesh;
-}
-
-/// Triangles of Cook's membrane: corners (0, 0), (48, 44), (48, 60), (0, 44), n x n quadrilaterals cut in
-/// two.
-Mesh<2> cook_triangles(Index n) {
-  Mesh<2> mesh;
-  for (Index j = 0; j <= n; ++j)
-    for (Index i = 0; i <= n; ++i) {
-      const double s = static_cast<double>(i) / static_cast<double>(n),
-                   t = static_cast<double>(j) / static_cast<double>(n);
-      mesh.nodes.push_back({48 * s, 44 * s + t * (44 - 28 * s)});
-    }
-  for (Index j = 0; j < n; ++j)
-    for (Index i = 0; i < n; ++i) {
-      const Index a = i + j * (n + 1);
-      mesh.cells.push_back({a, a + 1, a + n + 2});
-      mesh.cells.push_back({a, a + n + 2, a + n + 1});
-    }
-  return mesh;
-}
-
-template <int Dim>
+template <int Dim, class Element>
 Mesh<Dim> cook_mesh(Index n) {
-  Mesh<Dim> mesh;
-  if constexpr (Dim == 2)
-    mesh = cook_triangles(n);
-  else
-    mesh = extruded(cook_triangles(n), 48.0 / static_cast<double>(n), 1);
-  add_macros(mesh, straight<Dim>);
-  return mesh;
+  if constexpr (Dim == 2) {
+    return block_mesh<Element>(n, n, cook);
+  } else {
+    Mesh<3> mesh = extruded(triangles(n, n, cook), 48.0 / static_cast<double>(n), 1);
+    add_macros(mesh, straight<3>);
+    return mesh;
+  }
 }
 
 /// Vertical displacement of the corner (48, 60) under a shear load of resultant 1 on the side x = 48, the
 /// side x = 0 held; small strain, plane strain (in 3D by holding all z), E = 70, nu = 0.4999.
 template <int Dim, class Element>
 double cook_deflection(Index n) {
-  const Solid<Dim, Element, LinearElastic> solid(cook_mesh<Dim>(n), {70, 0.4999, 1});
+  const Solid<Dim, Element, LinearElastic> solid(cook_mesh<Dim, Element>(n), {70, 0.4999, 1});
   const auto& nodes = solid.mesh.nodes;
   std::set<Index> held;
   Index corner = 0;
@@ -101,10 +48,13 @@ double cook_deflection(Index n) {
   for (const auto& node : nodes) depth = std::max(depth, Dim == 3 ? node[Dim - 1] : 1.0);
   for (const auto& face : solid.mesh.faces) {
     bool loaded = true;
-    for (const Index i : face.node) loaded = loaded && nodes[i][0] > 48 - 1e-9;
+    for (Index i = 0; i < face.n_nodes; ++i)
+      loaded = loaded && nodes[face.node[static_cast<std::size_t>(i)]][0] > 48 - 1e-9;
     if (!loaded) continue;
     const auto at = [&](std::size_t i) { return nodes[face.node[i]]; };
-    if constexpr (Dim == 2) {
+    if (Dim == 2 && face.n_nodes == 2) {
+      for (std::size_t i = 0; i < 2; ++i) load[2 * face.node[i] + 1] += (at(1) - at(0)).norm() / 16 / 2;
+    } else if constexpr (Dim == 2) {
       const double share = (at(1) - at(0)).norm() / 16 / 6;  // Simpson's rule
       load[2 * face.node[0] + 1] += share;
       load[2 * face.node[1] + 1] += share;
@@ -167,7 +117,7 @@ double inf_sup(const Mesh<Dim>& mesh) {
 /// that is compressed to `stretch` along one axis at constant volume.
 template <int Dim, class Element>
 Eigen::VectorXd elastic_spectrum(Index wanted, double poisson, double stretch) {
-  const Solid<Dim, Element, NeoHookean> solid(grain_mesh<Dim>(wanted), {1, poisson, 1});
+  const Solid<Dim, Element, NeoHookean> solid(mesh_for<Element>(wanted), {1, poisson, 1});
   Vector<Dim> stretches = Vector<Dim>::Constant(Dim == 2 ? 1 / stretch : 1 / std::sqrt(stretch));
   stretches[Dim - 1] = stretch;
   Eigen::VectorXd x = solid.reference;
@@ -192,6 +142,8 @@ TEST_CASE("Cook's membrane at nu = 0.4999: within 2 % where the linear triangle 
                reference = cook_deflection<2, QuadraticSimplex<2>>(32);
   CHECK_THAT(coarse, WithinRel(reference, 2e-3));
   CHECK_THAT((cook_deflection<2, MacroSimplex<2>>(32)), WithinRel(reference, 0.02));
+  CHECK_THAT((cook_deflection<2, CompositeSimplex<2>>(16)), WithinRel(reference, 0.02));
+  CHECK_THAT((cook_deflection<2, Brick<2>>(16)), WithinRel(reference, 0.02));
   CHECK_THAT((cook_deflection<2, QuadraticSimplex<2>>(4)), WithinRel(reference, 0.02));
   const double locked = cook_deflection<2, LinearSimplex<2>>(32);
   CHECK(locked < 0.7 * reference);
@@ -217,18 +169,8 @@ namespace {
 /// half its width a, its height h = 1, n_x x n_y quadrilaterals cut in two.
 template <class Element>
 double squeeze_ratio(double a, Index n_x, Index n_y) {
-  Mesh<2> mesh;
-  for (Index j = 0; j <= n_y; ++j)
-    for (Index i = 0; i <= n_x; ++i)
-      mesh.nodes.push_back({a * (2 * static_cast<double>(i) / static_cast<double>(n_x) - 1),
-                            static_cast<double>(j) / static_cast<double>(n_y)});
-  for (Index j = 0; j < n_y; ++j)
-    for (Index i = 0; i < n_x; ++i) {
-      const Index low = i + j * (n_x + 1), high = low + n_x + 1;
-      mesh.cells.push_back({low, low + 1, high + 1});
-      mesh.cells.push_back({low, high + 1, high});
-    }
-  add_macros(mesh, straight<2>);
+  const auto mesh =
+      block_mesh<Element>(n_x, n_y, [a](double s, double t) { return Vector<2>(a * (2 * s - 1), t); });
   const Solid<2, Element, LinearElastic> solid(mesh, {1, 0.4999, 1});
   const double squeeze = 1e-3;
   Eigen::VectorXd x = solid.reference;
@@ -252,17 +194,21 @@ double squeeze_ratio(double a, Index n_x, Index n_y) {
 TEST_CASE("bonded strip in squeeze: within 2 % where the linear triangle is off by more than 30 %") {
   const double half_width = 10;
   CHECK_THAT(squeeze_ratio<MacroSimplex<2>>(half_width, 80, 4), WithinRel(1.0, 0.01));
+  CHECK_THAT(squeeze_ratio<CompositeSimplex<2>>(half_width, 80, 4), WithinRel(1.0, 0.02));
   CHECK_THAT(squeeze_ratio<QuadraticSimplex<2>>(half_width, 80, 4), WithinRel(1.0, 0.02));
+  CHECK_THAT(squeeze_ratio<Brick<2>>(half_width, 80, 4), WithinRel(1.0, 0.02));
   CHECK(squeeze_ratio<LinearSimplex<2>>(half_width, 80, 4) > 1.3);
 }
 
 TEST_CASE("no checkerboard: the inf-sup constant of the locking-free elements stays away from zero") {
   for (const Index wanted : {100, 400, 1600}) {
     CHECK(inf_sup<2, MacroSimplex<2>>(disk_mesh(wanted)) > 0.5);
+    CHECK(inf_sup<2, CompositeSimplex<2>>(disk_mesh(wanted)) > 0.5);
     CHECK(inf_sup<2, QuadraticSimplex<2>>(disk_mesh(wanted)) > 0.6);
   }
   for (const Index wanted : {100, 400, 816, 3000}) {
     CHECK(inf_sup<3, MacroSimplex<3>>(ball_mesh(wanted)) > 0.2);
+    CHECK(inf_sup<3, CompositeSimplex<3>>(ball_mesh(wanted)) > 0.2);
     CHECK(inf_sup<3, QuadraticSimplex<3>>(ball_mesh(wanted)) > 0.3);
   }
   // What locking looks like: falling with refinement in 2D, more pressures than motions in 3D.
@@ -274,13 +220,18 @@ TEMPLATE_TEST_CASE_SIG(
     "lowest elastic eigenvalues within 1.5 of the quadratic element's, at rest and at 40 % compression", "",
     ((int Dim), Dim), 2, 3) {
   for (const double stretch : {1.0, 0.6}) {
-    const auto macro = elastic_spectrum<Dim, MacroSimplex<Dim>>(Dim == 2 ? 100 : 400, 0.495, stretch);
-    const auto quadratic = elastic_spectrum<Dim, QuadraticSimplex<Dim>>(Dim == 2 ? 100 : 400, 0.495, stretch);
-    for (int i = 0; i < 4; ++i) {
-      INFO("stretch " << stretch << ": macro " << macro[i] << ", quadratic " << quadratic[i]);
-      CHECK(quadratic[i] > 0);
-      CHECK(macro[i] > quadratic[i] / 1.5);
-      CHECK(macro[i] < quadratic[i] * 1.5);
-    }
+    const Index wanted = Dim == 2 ? 100 : 400;
+    const auto quadratic = elastic_spectrum<Dim, QuadraticSimplex<Dim>>(wanted, 0.495, stretch);
+    const auto check = [&](std::string_view name, const Eigen::VectorXd& values) {
+      for (int i = 0; i < 4; ++i) {
+        INFO("stretch " << stretch << ": " << name << " " << values[i] << ", quadratic " << quadratic[i]);
+        CHECK(values[i] > 0);
+        CHECK(values[i] > quadratic[i] / 1.5);
+        CHECK(values[i] < quadratic[i] * 1.5);
+      }
+    };
+    check("macro", elastic_spectrum<Dim, MacroSimplex<Dim>>(wanted, 0.495, stretch));
+    check("composite", elastic_spectrum<Dim, CompositeSimplex<Dim>>(wanted, 0.495, stretch));
+    check("brick", elastic_spectrum<Dim, Brick<Dim>>(wanted, 0.495, stretch));
   }
 }

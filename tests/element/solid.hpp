@@ -4,12 +4,15 @@
 #include <Eigen/Sparse>
 #include <Eigen/SparseCholesky>
 #include <cmath>
+#include <jampack/element/brick.hpp>
+#include <jampack/element/composite_simplex.hpp>
 #include <jampack/element/linear_simplex.hpp>
 #include <jampack/element/macro_simplex.hpp>
 #include <jampack/element/quadratic_simplex.hpp>
 #include <jampack/material/linear_elastic.hpp>
 #include <jampack/material/neo_hookean.hpp>
 #include <jampack/mesh/ball_mesh.hpp>
+#include <jampack/mesh/brick_mesh.hpp>
 #include <jampack/mesh/disk_mesh.hpp>
 #include <set>
 
@@ -124,6 +127,14 @@ Mesh<Dim> grain_mesh(Index wanted) {
     return disk_mesh(wanted);
   else
     return ball_mesh(wanted);
+}
+
+/// A small grain mesh that the element can use.
+template <class Element>
+auto mesh_for(Index wanted) {
+  constexpr int Dim = Element::Nodal::RowsAtCompileTime;
+  if (Element::name == "brick") return brick_mesh<Dim>({.n_core = wanted > 150 ? 2 : 1, .n_layers = 1});
+  return grain_mesh<Dim>(wanted);
 }
 
 /// Infinitesimal rigid motions at positions x, orthonormal columns: Dim translations, then rotations.

@@ -3,8 +3,10 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <jampack/element/definite.hpp>
+#include <jampack/material/hencky.hpp>
 #include <jampack/material/linear_elastic.hpp>
 #include <jampack/material/neo_hookean.hpp>
+#include <jampack/material/st_venant_kirchhoff.hpp>
 #include <limits>
 
 #include "../catch.hpp"
@@ -56,20 +58,25 @@ MatrixTangent<Dim> differences(const M& material, const Matrix<Dim>& gradient) {
   return tangent;
 }
 
-/// The closed form written out: isotropic I (x) I + exchange F^-T (x) F^-T with legs crossed.
+/// The tangent as a matrix; a closed form written out: isotropic I (x) I + exchange F^-T (x) F^-T with legs
+/// crossed.
 template <class M, int Dim>
 MatrixTangent<Dim> written_out(const M& material, const Matrix<Dim>& gradient) {
   const auto at = deformation<M, Dim>(gradient);
-  const GradientTangent closed = material.distortional_tangent(at);
-  MatrixTangent<Dim> tangent;
-  for (int i = 0; i < Dim; ++i)
-    for (int j = 0; j < Dim; ++j)
-      for (int k = 0; k < Dim; ++k)
-        for (int l = 0; l < Dim; ++l)
-          tangent(Dim * j + i, Dim * l + k) =
-              closed.isotropic * (i == k) * (j == l) +
-              closed.exchange * at.inverse_transpose(i, l) * at.inverse_transpose(k, j);
-  return tangent;
+  if constexpr (HasMatrixTangent<M, Dim>)
+    return material.distortional_tangent(at);
+  else {
+    const GradientTangent closed = material.distortional_tangent(at);
+    MatrixTangent<Dim> tangent;
+    for (int i = 0; i < Dim; ++i)
+      for (int j = 0; j < Dim; ++j)
+        for (int k = 0; k < Dim; ++k)
+          for (int l = 0; l < Dim; ++l)
+            tangent(Dim * j + i, Dim * l + k) =
+                closed.isotropic * (i == k) * (j == l) +
+                closed.exchange * at.inverse_transpose(i, l) * at.inverse_transpose(k, j);
+    return tangent;
+  }
 }
 
 /// Archetypes: the least a material may be, and one function less.
@@ -89,7 +96,7 @@ struct Minimal : NoVolume {
 }  // namespace
 
 TEMPLATE_TEST_CASE("stress is the derivative of the energy, the tangent that of the stress", "", NeoHookean,
-                   NeoHookeanQuadratic, LinearElastic) {
+                   NeoHookeanQuadratic, LinearElastic, StVenantKirchhoff, Hencky) {
   const TestType material{2.5, 0.4, 1};
   const auto check = [&]<int Dim>(std::integral_constant<int, Dim>) {
     const Matrix<Dim> gradient = some_gradient<Dim>();
@@ -117,7 +124,7 @@ TEMPLATE_TEST_CASE("stress is the derivative of the energy, the tangent that of 
 }
 
 TEMPLATE_TEST_CASE("at small strain every material is Hooke's law", "", NeoHookean, NeoHookeanQuadratic,
-                   LinearElastic) {
+                   LinearElastic, StVenantKirchhoff, Hencky) {
   // Curvature of the energy in uniaxial strain is lambda + 2 mu, in simple shear mu; uniaxial stress gives E,
   // nu.
   const double young = 3, poisson = 0.35, h = 1e-4;
@@ -152,6 +159,10 @@ TEMPLATE_TEST_CASE_SIG("finite-strain energies are invariant under rotation, sma
   const NeoHookean finite{1, 0.4, 1};
   const LinearElastic small{1, 0.4, 1};
   const Matrix<Dim> turned = rotation * gradient;
+  CHECK_THAT((energy<StVenantKirchhoff, Dim>({1, 0.4, 1}, turned)),
+             WithinRel(energy<StVenantKirchhoff, Dim>({1, 0.4, 1}, gradient), 1e-12));
+  CHECK_THAT((energy<Hencky, Dim>({1, 0.4, 1}, turned)),
+             WithinRel(energy<Hencky, Dim>({1, 0.4, 1}, gradient), 1e-12));
   CHECK_THAT((energy<NeoHookean, Dim>(finite, turned)),
              WithinRel(energy<NeoHookean, Dim>(finite, gradient), 1e-12));
   CHECK((energy<LinearElastic, Dim>(small, turned)) > 2 * energy<LinearElastic, Dim>(small, gradient));
@@ -166,6 +177,39 @@ TEST_CASE("neo-Hookean uniaxial stretch with free sides, closed form at nu = 0")
     const Eigen::Matrix3d stress = material.distortional_stress(deformation<NeoHookean, 3>(gradient));
     CHECK_THAT(stress(2, 2), WithinRel(s - 1 / s, 1e-13));
     CHECK_THAT(stress(0, 0), WithinAbs(0, 1e-15));
+  }
+}
+
+TEST_CASE("uniaxial stretch of the St Venant-Kirchhoff and the Hencky solid, closed forms") {
+  // Distortional parts, mu = 1: P = s (s^2 - 1) and 2 ln s / s.
+  const StVenantKirchhoff green{2, 0, 1};
+  const Hencky logarithmic{2, 0, 1};
+  for (const double s : {0.5, 0.9, 1.5}) {
+    Eigen::Matrix3d gradient = Eigen::Matrix3d::Identity();
+    gradient(1, 1) = s;
+    const auto at = deformation<Hencky, 3>(gradient);
+    const Eigen::Matrix3d first = green.distortional_stress(at), second = logarithmic.distortional_stress(at);
+    CHECK_THAT(first(1, 1), WithinRel(s * (s * s - 1), 1e-13));
+    CHECK_THAT(second(1, 1), WithinRel(2 * std::log(s) / s, 1e-13));
+    CHECK_THAT(std::hypot(first(0, 0), second(2, 2)), WithinAbs(0, 1e-15));
+  }
+}
+
+TEST_CASE("the Hencky solid has the same energy in F and its inverse") {
+  const Hencky material{1, 0.4, 1};
+  const Matrix<3> gradient = some_gradient<3>(), inverse = gradient.inverse();
+  CHECK_THAT((energy<Hencky, 3>(material, inverse)), WithinRel(energy<Hencky, 3>(material, gradient), 1e-12));
+}
+
+TEMPLATE_TEST_CASE_SIG("the Hencky tangent where principal stretches coincide, or nearly do", "",
+                       ((int Dim), Dim), 2, 3) {
+  const Hencky material{2.5, 0.4, 1};
+  for (const double apart : {0.0, 1e-9, 1e-7, 3e-6, 1e-4}) {
+    Matrix<Dim> gradient = 0.8 * Matrix<Dim>::Identity();
+    gradient(0, 0) += apart;
+    INFO("apart by " << apart);
+    CHECK_THAT((differences(material, gradient) - written_out(material, gradient)).norm(),
+               WithinAbs(0, 1e-7));
   }
 }
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <jampack/core/array.hpp>
 #include <jampack/core/error.hpp>
 #include <jampack/element/definite.hpp>
+#include <jampack/element/tangent_sum.hpp>
 #include <jampack/material/material.hpp>
 #include <limits>
 
@@ -66,7 +66,7 @@ struct AveragedDilatation {
 
   /// f exact, k positive semi-definite: equal to the tangent where there is no stress, and elsewhere without
   /// the geometric stiffness of pressure and with the rotational part of the distortional tangent reduced
-  /// until no eigenvalue is negative (docs/theory/elements.md, eq. 7).
+  /// until no eigenvalue is negative (docs/theory/elements.md, eq. 8).
   template <Material<Dim> M>
   static bool force_and_definite_tangent(const Cell& cell, const M& material, const Nodal& x, Nodal& f,
                                          Tangent& k) {
@@ -76,8 +76,10 @@ struct AveragedDilatation {
   /// Smallest det F over the points.
   static double min_jacobian(const Cell& cell, const Nodal& x) {
     double smallest = std::numeric_limits<double>::infinity();
-    for (const auto& point : cell.points)
-      smallest = std::min(smallest, deformation_gradient(point, x).determinant());
+    for (const auto& point : cell.points) {
+      const Matrix<Dim> gradient = deformation_gradient(point, x);
+      smallest = std::min(smallest, determinant(gradient, cofactors(gradient)));
+    }
     return smallest;
   }
 
@@ -107,12 +109,39 @@ struct AveragedDilatation {
   }
 
  private:
+  static constexpr bool all_support = NSupport == NNodes;  ///< then `support` is 0, 1, 2...
+  using PointAxes = NodalAxes<Dim, NSupport>;
+  using Sum = TangentSum<Dim, NNodes>;
+
   static Matrix<Dim> deformation_gradient(const Point& point, const Nodal& x) {
     Matrix<Dim> gradient = Matrix<Dim>::Zero();
-    for (int a = 0; a < NSupport; ++a)
-      gradient.noalias() +=
-          x.col(point.support[static_cast<std::size_t>(a)]) * point.gradients.col(a).transpose();
+    for (int a = 0; a < NSupport; ++a) {
+      const int node = all_support ? a : point.support[static_cast<std::size_t>(a)];
+      for (int j = 0; j < Dim; ++j)
+        for (int i = 0; i < Dim; ++i) gradient(i, j) += x(i, node) * point.gradients(j, a);
+    }
     return gradient;
+  }
+
+  /// J F^-T = dJ/dF
+  static Matrix<Dim> cofactors(const Matrix<Dim>& f) {
+    Matrix<Dim> cofactor;
+    if constexpr (Dim == 2) {
+      cofactor << f(1, 1), -f(1, 0), -f(0, 1), f(0, 0);
+    } else {
+      for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 3; ++i) {
+          const int p = (i + 1) % 3, q = (i + 2) % 3, r = (j + 1) % 3, s = (j + 2) % 3;
+          cofactor(i, j) = f(p, r) * f(q, s) - f(p, s) * f(q, r);
+        }
+    }
+    return cofactor;
+  }
+
+  static double determinant(const Matrix<Dim>& f, const Matrix<Dim>& cofactor) {
+    double sum = 0;
+    for (int i = 0; i < Dim; ++i) sum += f(i, 0) * cofactor(i, 0);
+    return sum;
   }
 
   struct State {
@@ -125,9 +154,10 @@ struct AveragedDilatation {
       for (std::size_t q = 0; q < NPoints; ++q) {
         at[q].gradient = deformation_gradient(cell.points[q], x);
         if constexpr (M::finite_strain) {
-          at[q].dilatation = at[q].gradient.determinant();
+          const Matrix<Dim> cofactor = cofactors(at[q].gradient);
+          at[q].dilatation = determinant(at[q].gradient, cofactor);
           if (!(at[q].dilatation > 0)) return false;
-          at[q].inverse_transpose = at[q].gradient.inverse().transpose();
+          at[q].inverse_transpose = cofactor * (1 / at[q].dilatation);
         } else {
           at[q].dilatation = 1 + at[q].gradient.trace() - Dim;
         }
@@ -151,8 +181,11 @@ struct AveragedDilatation {
                         Nodal& f) {
     const Matrix<Dim> stress =
         point.volume * (material.distortional_stress(at) + pressure * dilatation_slope<M>(at));
-    for (int a = 0; a < NSupport; ++a)
-      f.col(point.support[static_cast<std::size_t>(a)]).noalias() += stress * point.gradients.col(a);
+    for (int a = 0; a < NSupport; ++a) {
+      const int node = all_support ? a : point.support[static_cast<std::size_t>(a)];
+      for (int j = 0; j < Dim; ++j)
+        for (int i = 0; i < Dim; ++i) f(i, node) += stress(i, j) * point.gradients(j, a);
+    }
   }
 
   template <bool Definite, class M>
@@ -161,73 +194,58 @@ struct AveragedDilatation {
     if (!state.template update<M>(cell, x)) return false;
     const VolumetricResponse volumetric = material.volumetric(state.current_volume / cell.volume);
     f.setZero();
-    k.setZero();  // its lower triangle of blocks is summed first
-    Eigen::Matrix<double, Dim * NNodes, 1> volume_slope = Eigen::Matrix<double, Dim * NNodes, 1>::Zero();
+    Sum sum;
+    sum.set_zero();
+    Nodal volume_slope = Nodal::Zero();
     for (std::size_t q = 0; q < NPoints; ++q) {
       const Point& point = cell.points[q];
       const Deformation<Dim>& at = state.at[q];
       add_force<M>(point, material, at, volumetric.slope, f);
-      Eigen::Matrix<double, Dim, NSupport> spatial = point.gradients;
-      if constexpr (M::finite_strain) spatial = at.inverse_transpose * point.gradients;
+      PointAxes reference, spatial;
+      reference.set(point.gradients);
+      if constexpr (M::finite_strain)
+        spatial.set_product(at.inverse_transpose, reference);
+      else
+        spatial = reference;
       const double dilated = M::finite_strain ? point.volume * at.dilatation : point.volume;
       for (int a = 0; a < NSupport; ++a)
-        volume_slope.template segment<Dim>(Dim * point.support[static_cast<std::size_t>(a)]) +=
-            dilated * spatial.col(a);
+        for (std::size_t i = 0; i < Dim; ++i)
+          volume_slope(static_cast<int>(i), point.support[static_cast<std::size_t>(a)]) +=
+              dilated * spatial.axis[i][a];
       // d2J / dx_a dx_b = J (g_a g_b^T - g_b g_a^T)
       const double geometric = M::finite_strain && !Definite ? volumetric.slope * dilated : 0;
-      if constexpr (HasGradientTangent<M, Dim>) {
-        GradientTangent tangent = material.distortional_tangent(at);
-        double rotational = 0;
-        if constexpr (Definite && M::finite_strain) rotational = make_definite(tangent, at);
-        add_tangent(point, spatial, point.volume * tangent.isotropic, point.volume * rotational, geometric,
-                    point.volume * tangent.exchange - geometric, k);
+      if constexpr (all_support) {
+        add_tangent<Definite>(point, material, at, reference, spatial, geometric, sum);
       } else {
-        MatrixTangent<Dim> tangent = material.distortional_tangent(at);
-        if constexpr (Definite) make_definite<Dim>(tangent);
-        add_tangent(point, MatrixTangent<Dim>(point.volume * tangent), k);
-        if (geometric != 0) add_tangent(point, spatial, 0, 0, geometric, -geometric, k);
+        TangentSum<Dim, NSupport> part;
+        part.set_zero();
+        add_tangent<Definite>(point, material, at, reference, spatial, geometric, part);
+        sum.add(part, point.support);
       }
     }
     const double curvature = Definite ? std::max(volumetric.curvature, 0.0) : volumetric.curvature;
-    for (int j = 0; j < Dim * NNodes; ++j) {
-      const double factor = curvature / cell.volume * volume_slope[j];
-      for (int i = j; i < Dim * NNodes; ++i) k(i, j) += factor * volume_slope[i];
-    }
-    k.template triangularView<Eigen::StrictlyUpper>() = k.transpose();
+    typename Sum::Axes slope;
+    slope.set(volume_slope);
+    sum.add_square(slope, curvature / cell.volume);
+    sum.write(k);
     return true;
   }
 
-  /// k_ab += (isotropic G_a . G_b + rotational g_a . g_b) I + dyadic g_a g_b^T + exchange g_b g_a^T, a >= b
-  static void add_tangent(const Point& point, const Eigen::Matrix<double, Dim, NSupport>& spatial,
-                          double isotropic, double rotational, double dyadic, double exchange, Tangent& k) {
-    for (int b = 0; b < NSupport; ++b) {
-      const Vector<Dim> ga = dyadic * spatial.col(b), gb = exchange * spatial.col(b);
-      const Vector<Dim> scaled = isotropic * point.gradients.col(b), turned = rotational * spatial.col(b);
-      const int column = Dim * point.support[static_cast<std::size_t>(b)];
-      for (int a = b; a < NSupport; ++a) {
-        const int row = Dim * point.support[static_cast<std::size_t>(a)];
-        const double diagonal = point.gradients.col(a).dot(scaled) + spatial.col(a).dot(turned);
-        for (int j = 0; j < Dim; ++j) {
-          for (int i = 0; i < Dim; ++i)
-            k(row + i, column + j) += spatial(i, a) * ga[j] + gb[i] * spatial(j, a);
-          k(row + j, column + j) += diagonal;
-        }
-      }
-    }
-  }
-
-  /// k_ab += G_a . tangent . G_b for a tangent given as a matrix, a >= b
-  static void add_tangent(const Point& point, const MatrixTangent<Dim>& tangent, Tangent& k) {
-    for (int b = 0; b < NSupport; ++b) {
-      Eigen::Matrix<double, Dim * Dim, Dim> half = Eigen::Matrix<double, Dim * Dim, Dim>::Zero();
-      for (int l = 0; l < Dim; ++l) half += point.gradients(l, b) * tangent.template middleCols<Dim>(Dim * l);
-      const int column = Dim * point.support[static_cast<std::size_t>(b)];
-      for (int a = b; a < NSupport; ++a) {
-        const int row = Dim * point.support[static_cast<std::size_t>(a)];
-        for (int j = 0; j < Dim; ++j)
-          k.template block<Dim, Dim>(row, column) +=
-              point.gradients(j, a) * half.template middleRows<Dim>(Dim * j);
-      }
+  template <bool Definite, class M>
+  static void add_tangent(const Point& point, const M& material, const Deformation<Dim>& at,
+                          const PointAxes& reference, const PointAxes& spatial, double geometric,
+                          TangentSum<Dim, NSupport>& sum) {
+    if constexpr (HasGradientTangent<M, Dim>) {
+      GradientTangent tangent = material.distortional_tangent(at);
+      double rotational = 0;
+      if constexpr (Definite && M::finite_strain) rotational = make_definite(tangent, at);
+      sum.add(reference, spatial, point.volume * tangent.isotropic, point.volume * rotational, geometric,
+              point.volume * tangent.exchange - geometric);
+    } else {
+      MatrixTangent<Dim> tangent = material.distortional_tangent(at);
+      if constexpr (Definite) make_definite<Dim>(tangent);
+      sum.add(reference, MatrixTangent<Dim>(point.volume * tangent));
+      if (geometric != 0) sum.add(reference, spatial, 0, 0, geometric, -geometric);
     }
   }
 };

@@ -26,7 +26,7 @@ double largest_eigenvalue(const Matrix<Dim>& a) {
 /// Makes the closed-form tangent isotropic |L F|^2 + exchange tr(L L), L = dx/dx', positive semi-definite.
 /// In principal stretches the pair (i, j) has the eigenvalues isotropic +- exchange / (s_i s_j); the lower,
 /// that of rotation, is lifted by a term |skew L|^2 whose factor is changed in `tangent` and returned:
-///   (G_a . G_b) isotropic + (g_a . g_b) rotational + g_b g_a^T exchange  (docs/theory/elements.md, eq. 7).
+///   (G_a . G_b) isotropic + (g_a . g_b) rotational + g_b g_a^T exchange  (docs/theory/elements.md, eq. 8).
 template <int Dim>
 double make_definite(GradientTangent& tangent, const Deformation<Dim>& at) {
   double smallest_pair = at.dilatation;  // min s_i s_j = J / s_max in 3D, J in 2D

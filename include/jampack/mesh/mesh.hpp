@@ -25,6 +25,7 @@ template <int Dim>
 struct Mesh {
   static constexpr int n_macro_nodes = Dim == 2 ? 6 : 10;
   static constexpr int n_cells_a_macro = Dim == 2 ? 4 : 8;
+  static constexpr int n_brick_nodes = Dim == 2 ? 4 : 8;
 
   Array<Vector<Dim>> nodes;
   Array<std::array<Index, Dim + 1>> cells;  ///< linear simplices of positive volume
@@ -32,6 +33,9 @@ struct Mesh {
       macros;                      ///< may be empty; macro m = cells [m k, (m + 1) k), k = 4 | 8
   Array<BoundaryFace<Dim>> faces;  ///< the whole boundary
   Array<Index> boundary_nodes;     ///< ascending
+  /// Quadrilaterals or hexahedra over the same nodes, empty for most meshes (mesh/brick_mesh.hpp): bit d of a
+  /// local node's number is its place along local axis d.
+  Array<std::array<Index, n_brick_nodes>> bricks;
 };
 
 /// The corners of the edge on which macro mid node Dim + 1 + e lies.
