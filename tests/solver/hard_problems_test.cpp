@@ -242,10 +242,13 @@ TEST_CASE("A sweep allocates nothing") {
   const auto check = [](const auto& problem) {
     Eigen::VectorXd r = Eigen::VectorXd::Zero(problem.free_velocity.size());
     GaussSeidelSweeps sweeps(problem, r);
-    const Index before = n_allocations;
-    for (int k = 0; k < 10; ++k) sweeps.sweep(r);
-    CHECK(n_allocations == before);
-    CHECK(r.norm() > 0);
+    for (const bool coloured : {false, true}) {
+      if (coloured) sweeps.colour(problem, {});
+      const Index before = n_allocations;
+      for (int k = 0; k < 10; ++k) sweeps.sweep(r);
+      CHECK(n_allocations == before);
+      CHECK(r.norm() > 0);
+    }
   };
   check(block_on_floor(4, 0.7, 0.5));
   check(chain<1>(30, 1.0));
