@@ -175,8 +175,9 @@ struct SoftPressedBalls {
 /// The contact problem of a pressed packing at rest: walls without friction that close together in one mode
 /// under a constant stress (mass of the mode: that of the balls), no gaps, unit density and unit impulse.
 template <int Dim, int N>
-auto pressed_packing(Index n_balls, double packing_fraction, double friction, std::uint64_t seed = 1) {
-  const SoftPressedBalls<Dim> balls(n_balls, packing_fraction, seed);
+auto pressed_packing(Index n_balls, double packing_fraction, double friction, std::uint64_t seed = 1,
+                     int n_steps = 400) {
+  const SoftPressedBalls<Dim> balls(n_balls, packing_fraction, seed, n_steps);
   Array<jampack::InverseInertia> bodies;
   double mass = 0;
   for (const double d : balls.diameter) {

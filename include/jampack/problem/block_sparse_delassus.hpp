@@ -6,7 +6,9 @@
 #include <jampack/core/error.hpp>
 #include <jampack/problem/delassus.hpp>
 #include <jampack/problem/rows_times.hpp>
+#include <numeric>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace jampack {
@@ -42,9 +44,17 @@ class BlockSparseDelassus {
       require(block.value.allFinite(),
               "Delassus operator: W is not finite at contact " + std::to_string(block.row));
     }
-    std::stable_sort(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) {
-      return std::pair(a.row, a.column) < std::pair(b.row, b.column);
+    // By row and column; blocks given twice in the order given. (std::stable_sort's buffer is not aligned for
+    // the vectors that 2 x 2 blocks are.)
+    Array<Index> order(blocks.size());
+    std::iota(order.begin(), order.end(), Index{0});
+    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+      return std::tuple(blocks[a].row, blocks[a].column, a) < std::tuple(blocks[b].row, blocks[b].column, b);
     });
+    Array<DelassusBlock<N>> sorted;
+    sorted.reserve(blocks.size());
+    for (const Index k : order) sorted.push_back(blocks[k]);
+    blocks = std::move(sorted);
     row_start_.reserve(n_contacts + 1);
     Index k = 0;
     for (Index row = 0; row < n_contacts; ++row) {
