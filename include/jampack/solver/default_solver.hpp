@@ -24,9 +24,9 @@ struct DefaultSolver {
     Index n_sweeps = 0;
     if (iterate.converged() || problem.n_contacts() == 0) return iterate.report(0);
     const bool can_factorise = problem.n_contacts() <= max_newton_contacts;
-    const Index newton = newton_cost(problem);
-    sweep_while_promising(problem, r, iterate, can_factorise ? std::max(patience, newton) : stop.max_sweeps,
-                          n_sweeps, newton / 2);
+    const Index price = newton_cost(problem);
+    sweep_while_promising(problem, r, iterate, can_factorise ? std::max(patience, price) : stop.max_sweeps,
+                          n_sweeps, price / 2);
     double regularisation = ProximalNewton{}.regularisation;
     for (int round = 0; round < 6 && can_factorise && going_on(iterate, n_sweeps); ++round) {
       ProximalNewton newton{
