@@ -187,13 +187,13 @@ void measure_hard_problems() {
       [](const Eigen::VectorXd& r, const Eigen::VectorXd&) { return r.allFinite() ? 0.0 : 1.0; }, false);
   const auto none = [](const Eigen::VectorXd& r, const Eigen::VectorXd&) { return r.norm(); };
   table.add("no contact", ContactProblem(BlockSparseDelassus<3>(0, {}), Eigen::VectorXd(), {}), none);
-  table.add("zero block, opening", ContactProblem(BlockSparseDelassus<3>(1, {}), Vector<3>(1, 2, 3), {{0.5}}),
-            none);
+  table.add("zero block, opening",
+            ContactProblem(BlockSparseDelassus<3>(1, {}), vector_of({1, 2, 3}), {{0.5}}), none);
   table.add("zero block, closing (infeasible)",
-            ContactProblem(BlockSparseDelassus<3>(1, {}), Vector<3>(-1, 0, 0), {{0.5}}), none, false);
+            ContactProblem(BlockSparseDelassus<3>(1, {}), vector_of({-1, 0, 0}), {{0.5}}), none, false);
   bool refused = false;
   try {
-    const ContactProblem problem(BlockSparseDelassus<3>(1, {}), Vector<3>(std::nan(""), 0, 0), {{0.5}});
+    const ContactProblem problem(BlockSparseDelassus<3>(1, {}), vector_of({std::nan(""), 0, 0}), {{0.5}});
   } catch (const InvalidInput&) {
     refused = true;
   }

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <jampack/geometry/frame.hpp>
 #include <jampack/law/signorini.hpp>
 #include <jampack/law/signorini_coulomb.hpp>
@@ -15,6 +17,13 @@ namespace jampack_tests {
 
 using jampack::Array;
 using jampack::Index;
+
+/// A vector of these values.
+inline Eigen::VectorXd vector_of(std::initializer_list<double> values) {
+  Eigen::VectorXd v(static_cast<Index>(values.size()));
+  std::copy(values.begin(), values.end(), v.data());
+  return v;
+}
 
 /// n balls in a row between a wall at the left and a push of the given impulse at the right: every contact
 /// carries the impulse.
@@ -71,7 +80,7 @@ inline jampack::ContactProblem<jampack::BlockSparseDelassus<3>> point_on_floor(d
                                                                                double friction) {
   using namespace jampack;
   return {BlockSparseDelassus<3>(1, {{0, 0, Matrix<3>::Identity()}}),
-          Vector<3>(-1, 0.6 * slide, 0.8 * slide),
+          vector_of({-1, 0.6 * slide, 0.8 * slide}),
           {{friction}}};
 }
 
@@ -102,9 +111,8 @@ inline jampack::ContactProblem<jampack::RigidBallsDelassus<2, 2>> squeezed_ball(
   using namespace jampack;
   Array<BallContact<2>> contacts = {{0, -1, contact_frame<2>(Vector<2>(1, 0)), 0.5},
                                     {0, -1, contact_frame<2>(Vector<2>(-1, 0)), 0.5}};
-  Eigen::VectorXd q(4);
-  q << -1, 0, -1, 0;
-  return {RigidBallsDelassus<2, 2>({{1, 2}}, contacts), q, Array<SignoriniCoulomb>(2, {0.3})};
+  return {RigidBallsDelassus<2, 2>({{1, 2}}, contacts), vector_of({-1, 0, -1, 0}),
+          Array<SignoriniCoulomb>(2, {0.3})};
 }
 
 /// Sum of the reactions, in the common frame of the contacts.

@@ -140,15 +140,15 @@ TEST_CASE("Nothing, a zero block and NaN") {
   Eigen::VectorXd r;
   CHECK(solve(ContactProblem(BlockSparseDelassus<3>(0, {}), Eigen::VectorXd(), {}), r).converged);
   const Array<SignoriniCoulomb> law = {{0.5}};
-  CHECK(solve(ContactProblem(BlockSparseDelassus<3>(1, {}), Eigen::Vector3d(1, 2, 3), law), r).converged);
+  CHECK(solve(ContactProblem(BlockSparseDelassus<3>(1, {}), vector_of({1, 2, 3}), law), r).converged);
   CHECK_FALSE(DefaultSolver{.stop = {.max_sweeps = 100}}
-                  .solve(ContactProblem(BlockSparseDelassus<3>(1, {}), Eigen::Vector3d(-1, 0, 0), law),
+                  .solve(ContactProblem(BlockSparseDelassus<3>(1, {}), vector_of({-1, 0, 0}), law),
                          r = Eigen::Vector3d::Zero())
                   .converged);
-  CHECK_THROWS_AS(ContactProblem(BlockSparseDelassus<3>(1, {}), Eigen::Vector3d(std::nan(""), 0, 0), law),
+  CHECK_THROWS_AS(ContactProblem(BlockSparseDelassus<3>(1, {}), vector_of({std::nan(""), 0, 0}), law),
                   InvalidInput);
   CHECK_THROWS_AS(
-      ContactProblem(BlockSparseDelassus<3>(1, {}), Eigen::Vector3d(0, 0, 0), Array<SignoriniCoulomb>{{-1}}),
+      ContactProblem(BlockSparseDelassus<3>(1, {}), vector_of({0, 0, 0}), Array<SignoriniCoulomb>{{-1}}),
       InvalidInput);
 }
 
