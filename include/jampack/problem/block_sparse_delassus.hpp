@@ -44,17 +44,18 @@ class BlockSparseDelassus {
       require(block.value.allFinite(),
               "Delassus operator: W is not finite at contact " + std::to_string(block.row));
     }
-    // By row and column; blocks given twice in the order given. (std::stable_sort's buffer is not aligned for
-    // the vectors that 2 x 2 blocks are.)
-    Array<Index> order(blocks.size());
-    std::iota(order.begin(), order.end(), Index{0});
-    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+    // Places are sorted, not blocks: std::stable_sort's buffer ignores the alignment of fixed-size matrices.
+    Array<Index> sorted(blocks.size());
+    std::iota(sorted.begin(), sorted.end(), Index{0});
+    std::sort(sorted.begin(), sorted.end(), [&](Index a, Index b) {
       return std::tuple(blocks[a].row, blocks[a].column, a) < std::tuple(blocks[b].row, blocks[b].column, b);
     });
-    Array<DelassusBlock<N>> sorted;
-    sorted.reserve(blocks.size());
-    for (const Index k : order) sorted.push_back(blocks[k]);
-    blocks = std::move(sorted);
+    blocks = [&] {
+      Array<DelassusBlock<N>> in_order;
+      in_order.reserve(blocks.size());
+      for (const Index k : sorted) in_order.push_back(blocks[k]);
+      return in_order;
+    }();
     row_start_.reserve(n_contacts + 1);
     Index k = 0;
     for (Index row = 0; row < n_contacts; ++row) {
