@@ -11,40 +11,57 @@
 #include <numerics/SolverOptions.h>
 #include <numerics/SparseBlockMatrix.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <jampack/io/csv_writer.hpp>
 #include <jampack/solver/default_solver.hpp>
 #include <limits>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
+
+#include "measure.hpp"
 #ifdef JAMPACK_WITH_HDF5
 #include <jampack/io/fclib.hpp>
 #endif
 
 using namespace jampack;
+using namespace jampack_bench;
 
 #ifdef JAMPACK_WITH_HDF5
 namespace {
 
 using Problem = StoredContactProblem<3>;
 
-// Repeats until 0.2 s have passed; seconds of one run.
-template <class Work>
-double seconds_of(Work&& work) {
-  const Stopwatch clock;
-  int n = 0;
-  do {
-    work();
-    ++n;
-  } while (clock.seconds() < 0.2);
-  return clock.seconds() / n;
-}
+constexpr double time_limit = 4;  // CPU seconds for one solver on one problem
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// What Siconos is tried with: solver, local solver, how the error is tested, form of W.
+struct Variant {
+  const char* name;
+  int solver;
+  int local = 0;
+  bool full_error = false;  // every 10 sweeps, not the cheap one
+  bool sparse = false;      // W in compressed columns, not blocks
+};
+const Variant variants[] = {
+    {"NSGS", SICONOS_FRICTION_3D_NSGS},
+    {"NSGS-PLI", SICONOS_FRICTION_3D_NSGS, SICONOS_FRICTION_3D_ONECONTACT_ProjectionOnConeWithLocalIteration},
+    {"NSGS-NSN", SICONOS_FRICTION_3D_NSGS, SICONOS_FRICTION_3D_ONECONTACT_NSN},
+    {"NSGS-NSN-FE", SICONOS_FRICTION_3D_NSGS, SICONOS_FRICTION_3D_ONECONTACT_NSN, true},
+    {"NSN_AC", SICONOS_FRICTION_3D_NSN_AC},
+    {"NSN_FB", SICONOS_FRICTION_3D_NSN_FB},
+    {"PROX", SICONOS_FRICTION_3D_PROX},
+    {"ADMM", SICONOS_FRICTION_3D_ADMM, 0, false, true},
+};
 
 // Siconos wants W in its own sparse block format; making that is not timed.
 struct Peer {
   SparseBlockStructuredMatrix blocks{};
-  NumericsMatrix* w = NM_new();
+  NumericsMatrix *w = NM_new(), *sparse = nullptr;
   std::vector<double> q, mu, values;
   std::vector<unsigned int> sizes;
   std::vector<double*> pointers;
@@ -85,61 +102,116 @@ struct Peer {
     problem.mu = mu.data();
   }
 
-  // Seconds of one solution, or infinity if it does not reach the wanted scaled_residual.
-  double solve(const Problem& from, int method, double wanted, double time_limit) {
-    for (double own = 1e-3; own >= 1e-13; own *= 0.1) {
-      Eigen::VectorXd r, u;
-      const Stopwatch all;
-      const double seconds = seconds_of([&] {
-        r.setZero(from.free_velocity.size());
-        u.setZero(from.free_velocity.size());
-        SolverOptions* options = solver_options_create(method);
-        options->dparam[SICONOS_DPARAM_TOL] = own;
-        options->iparam[SICONOS_IPARAM_MAX_ITER] = method == SICONOS_FRICTION_3D_NSGS ? 20000 : 2000;
-        fc3d_driver(&problem, r.data(), u.data(), options);
-        solver_options_delete(options);
-      });
-      if (scaled_residual(from, r) <= wanted) return seconds;
-      if (all.seconds() > time_limit) break;
+  void run(const Variant& variant, double own_tolerance, Eigen::VectorXd& r, Eigen::VectorXd& u) {
+    r.setZero(3 * problem.numberOfContacts);
+    u.setZero(r.size());
+    if (variant.sparse && sparse == nullptr) {
+      sparse = NM_create(NM_SPARSE, w->size0, w->size1);
+      NM_copy_to_sparse(w, sparse, 0);
     }
-    return std::numeric_limits<double>::infinity();
+    problem.M = variant.sparse ? sparse : w;
+    SolverOptions* const options = solver_options_create(variant.solver);
+    if (variant.local != 0) solver_options_update_internal(options, 0, variant.local);
+    options->dparam[SICONOS_DPARAM_TOL] = own_tolerance;
+    const bool sweeps = variant.solver == SICONOS_FRICTION_3D_NSGS;
+    options->iparam[SICONOS_IPARAM_MAX_ITER] = sweeps ? 1000000 : 10000;
+    if (variant.full_error) {
+      options->iparam[SICONOS_FRICTION_3D_IPARAM_ERROR_EVALUATION] =
+          SICONOS_FRICTION_3D_NSGS_ERROR_EVALUATION_FULL;
+      options->iparam[SICONOS_FRICTION_3D_IPARAM_ERROR_EVALUATION_FREQUENCY] = 10;
+    }
+    // A limit of sweeps that fits the time limit: Siconos has no clock.
+    if (sweeps)
+      options->iparam[SICONOS_IPARAM_MAX_ITER] = static_cast<int>(
+          std::clamp(time_limit / (2e-9 * 9 * static_cast<double>(pointers.size())), 100.0, 1e7));
+    fc3d_driver(&problem, r.data(), u.data(), options);
+    solver_options_delete(options);
+  }
+
+  // CPU seconds of one solution at the loosest of its own tolerances that reaches the wanted scaled_residual;
+  // infinity if none does.
+  double solve(const Problem& from, const Variant& variant, double wanted) {
+    Eigen::VectorXd r, u;
+    const double start = cpu_seconds();
+    for (double own = 1e-2; own >= 1e-14; own *= 0.1) {
+      const double before = cpu_seconds();
+      run(variant, own, r, u);
+      const double once = cpu_seconds() - before;
+      if (r.allFinite() && scaled_residual(from, r) <= wanted)
+        return once >= 0.2 ? once : seconds_of([&] { run(variant, own, r, u); });
+      if (once > time_limit || cpu_seconds() - start > 1.5 * time_limit) break;
+    }
+    return infinity;
   }
 };
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::FILE* const csv = std::fopen("peer_siconos.csv", "w");
-  if (csv == nullptr) return 2;
+  if (argc < 2) {
+    std::puts(
+        "peer_siconos FILE.hdf5 ...   the default solver beside those of Siconos, one process, CPU time");
+    return 2;
+  }
+  Array<std::string> columns = {"problem", "contacts", "tolerance", "default"};
+  for (const Variant& variant : variants) columns.push_back(variant.name);
+  for (const char* column : {"compiler", "flags", "commit"}) columns.push_back(column);
+  CsvWriter csv("peer_siconos.csv", columns);
   numerics_set_verbose(0);
-  std::fprintf(csv, "problem,contacts,tolerance,default_seconds,nsgs_seconds,nsn_ac_seconds,prox_seconds\n");
-  std::printf("%-30s %8s %7s %12s %12s %12s %12s\n", "problem", "contacts", "to", "default", "NSGS", "NSN_AC",
-              "PROX");
+  std::printf("CPU milliseconds\n%-22s %8s %6s %9s", "problem", "contacts", "to", "default");
+  for (const Variant& variant : variants) std::printf(" %11s", variant.name);
+  std::printf(" %9s %9s\n", "best/us", "PROX/us");
+  struct Mean {
+    double logarithm = 0;
+    int n = 0;
+    void add(double ratio) {
+      logarithm += std::log(ratio);
+      ++n;
+    }
+    double value() const { return n > 0 ? std::exp(logarithm / n) : std::nan(""); }
+  };
+  Mean best_mean[2][2], proximal_mean[2][2];  // by tolerance; problems of 1 ms and more, and below
   for (int k = 1; k < argc; ++k) {
     const AnyContactProblem any = read_fclib(argv[k]);
     const Problem* const problem = std::get_if<Problem>(&any);
     if (problem == nullptr) continue;
     Peer peer(*problem);
-    for (const double tolerance : {1e-3, 1e-8}) {
+    for (const int fine : {0, 1}) {
+      const double tolerance = fine == 1 ? 1e-8 : 1e-3;
       bool solved = false;
       double ours = seconds_of([&] {
         Eigen::VectorXd r = Eigen::VectorXd::Zero(problem->free_velocity.size());
-        solved =
-            DefaultSolver{.stop = {.tolerance = tolerance, .time_limit = 10}}.solve(*problem, r).converged;
+        solved = DefaultSolver{.stop = {.tolerance = tolerance, .time_limit = time_limit}}
+                     .solve(*problem, r)
+                     .converged;
       });
-      if (!solved) ours = std::numeric_limits<double>::infinity();
-      const double nsgs = peer.solve(*problem, SICONOS_FRICTION_3D_NSGS, tolerance, 3);
-      const double newton = peer.solve(*problem, SICONOS_FRICTION_3D_NSN_AC, tolerance, 3);
-      const double proximal = peer.solve(*problem, SICONOS_FRICTION_3D_PROX, tolerance, 3);
+      if (!solved) ours = time_limit;
       const std::string name = std::filesystem::path(argv[k]).stem().string();
-      std::printf("%-30.30s %8td %7.0e %12.3e %12.3e %12.3e %12.3e\n", name.c_str(), problem->n_contacts(),
-                  tolerance, ours, nsgs, newton, proximal);
-      std::fprintf(csv, "%s,%td,%g,%.6e,%.6e,%.6e,%.6e\n", name.c_str(), problem->n_contacts(), tolerance,
-                   ours, nsgs, newton, proximal);
-      std::fflush(stdout);
+      Array<CsvCell> row = {name, problem->n_contacts(), tolerance, solved ? ours : std::nan("")};
+      std::printf("%-22.22s %8td %6.0e %9.3f", name.c_str(), problem->n_contacts(), tolerance, 1e3 * ours);
+      double best = time_limit, proximal = time_limit;  // a failure counts as the time limit
+      for (const Variant& variant : variants) {
+        const double seconds = peer.solve(*problem, variant, tolerance);
+        best = std::min(best, seconds);
+        if (variant.solver == SICONOS_FRICTION_3D_PROX) proximal = std::min(seconds, time_limit);
+        row.push_back(std::isfinite(seconds) ? seconds : std::nan(""));
+        std::printf(" %11.3f", 1e3 * seconds);
+        std::fflush(stdout);
+      }
+      const int small = ours < 1e-3 ? 1 : 0;
+      best_mean[fine][small].add(best / ours);
+      proximal_mean[fine][small].add(proximal / ours);
+      std::printf(" %9.2f %9.2f\n", best / ours, proximal / ours);
+      for (const std::string& text : {compiler(), flags(), commit()}) row.push_back(text);
+      csv.write(std::span(row.data(), static_cast<std::size_t>(row.size())));
     }
   }
-  std::fclose(csv);
+  for (const int fine : {0, 1})
+    for (const int small : {0, 1})
+      std::printf("to %s, %s: geometric mean of best/us %.2f, of PROX/us %.2f (%d problems)\n",
+                  fine == 1 ? "1e-8" : "1e-3", small == 1 ? "below 1 ms" : "1 ms and more",
+                  best_mean[fine][small].value(), proximal_mean[fine][small].value(),
+                  best_mean[fine][small].n);
 }
 #else
 int main() {

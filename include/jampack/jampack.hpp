@@ -85,6 +85,8 @@
 #include <jampack/solver/admm.hpp>
 #include <jampack/solver/anderson.hpp>
 #include <jampack/solver/block_sparse_lu.hpp>
+#include <jampack/solver/colouring.hpp>
+#include <jampack/solver/contact_kernel.hpp>
 #include <jampack/solver/contact_solver.hpp>
 #include <jampack/solver/default_solver.hpp>
 #include <jampack/solver/gauss_seidel.hpp>
@@ -92,6 +94,7 @@
 #include <jampack/solver/local_solver.hpp>
 #include <jampack/solver/proximal_newton.hpp>
 #include <jampack/solver/regularised_problem.hpp>
+#include <jampack/solver/singular_block.hpp>
 #include <jampack/solver/slip_direction.hpp>
 
 #include <jampack/stepping/augmented_force.hpp>

@@ -68,6 +68,19 @@ TEMPLATE_TEST_CASE_SIG("Block-sparse rows, long and short runs, give back the de
   check_consistent(delassus);
 }
 
+TEST_CASE("A large operator of 2 x 2 blocks, given in any order") {
+  constexpr Index n = 5000;
+  Array<DelassusBlock<2>> blocks;
+  for (Index c = n - 1; c >= 0; --c)
+    for (const Index d : {c, (c + 7) % n, (c + 500) % n})
+      blocks.push_back({c, d, Matrix<2>::Constant(static_cast<double>(c - d))});
+  const BlockSparseDelassus<2> delassus(n, blocks);
+  Eigen::VectorXd u;
+  delassus.apply(Eigen::VectorXd::Ones(2 * n), u);
+  CHECK(u[0] == 2.0 * (-7 - 500));
+  CHECK(u[2 * n - 1] == 2.0 * (n - 7 + n - 500));
+}
+
 TEMPLATE_TEST_CASE_SIG("Rigid balls: the matrix-free operator is H M^-1 H^T", "", ((int Dim, int N), Dim, N),
                        (2, 1), (2, 2), (3, 1), (3, 3)) {
   std::mt19937 random(5);

@@ -59,8 +59,14 @@ TEMPLATE_TEST_CASE_SIG("A million random local problems, unsymmetric ones among 
   double worst = 0;
   for (int k = 0; k < 1000000; ++k) {
     const auto a = random_matrix<N>(random);
-    Eigen::Matrix<double, N, N> w = a * a.transpose() + 1e-3 * Eigen::Matrix<double, N, N>::Identity();
-    if (k % 3 == 0) w += 1e-4 * random_matrix<N>(random);
+    // Every second block is as close to singular as can be: rank 1 and up to nine digits less.
+    const double least = k % 2 == 0 ? 1e-3 : std::pow(10, -9 * uniform(random));
+    Eigen::Matrix<double, N, N> w = least * Eigen::Matrix<double, N, N>::Identity();
+    if (k % 2 == 0)
+      w += a * a.transpose();
+    else
+      w += a.col(0) * a.col(0).transpose();
+    if (k % 6 == 0) w += 1e-4 * random_matrix<N>(random);
     const double unit_of_w = std::pow(10, 18 * uniform(random) - 9),
                  unit_of_u = std::pow(10, 18 * uniform(random) - 9);
     w *= unit_of_w;
@@ -71,9 +77,11 @@ TEMPLATE_TEST_CASE_SIG("A million random local problems, unsymmetric ones among 
     }
     const SignoriniCoulomb law{k % 5 == 0 ? 0.0 : std::pow(10, 3 * uniform(random) - 2)};
     const ContactVector<N> r = LocalSolver<N>(w).solve(law, ContactVector<N>(w * guess + b), guess);
-    worst = std::max(worst, error_of<N>(law, w, b, r));
+    // The velocity at the guess holds W guess + b: a large guess rounds b away.
+    const double rho = N / w.trace(), scale = std::max(r.norm(), rho * b.norm());
+    worst = std::max(worst, error_of<N>(law, w, b, r) * scale / std::max(scale, guess.norm()));
   }
-  CHECK(worst < 1e-8);  // blocks reach a condition number of 1e4 and more
+  CHECK(worst < 1e-10);
 }
 
 TEST_CASE("The local solution in 3D is one of those a slow search finds") {
@@ -95,6 +103,101 @@ TEST_CASE("The local solution in 3D is one of those a slow search finds") {
     ++n_slipping;
   }
   CHECK(n_slipping > 500);
+}
+
+namespace {
+
+// A block of exactly the given rank (small binary fractions, so that no product is rounded), positive
+// semi-definite, or slightly unsymmetric with the same null space.
+template <int N>
+Eigen::Matrix<double, N, N> singular_block(int rank, bool unsymmetric, std::mt19937_64& random) {
+  std::uniform_int_distribution<int> digit(-15, 15);
+  Eigen::Matrix<double, N, N> w = Eigen::Matrix<double, N, N>::Zero();
+  while (w.trace() == 0) {
+    w.setZero();
+    for (int k = 0; k < rank; ++k) {
+      ContactVector<N> a, change = ContactVector<N>::Zero();
+      for (int i = 0; i < N; ++i) {
+        a[i] = digit(random) / 8.0;
+        if (unsymmetric) change[i] = digit(random) / 8192.0;
+      }
+      w += (a + change) * a.transpose();
+    }
+  }
+  return w;
+}
+
+// Reaction and velocity that satisfy the law.
+template <int N>
+void random_solution(double friction, std::mt19937_64& random, ContactVector<N>& r, ContactVector<N>& u) {
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(0, 1);
+  r.setZero();
+  u.setZero();
+  const double kind = uniform(random);
+  Eigen::Matrix<double, N - 1, 1> d;
+  for (int i = 0; i < N - 1; ++i) d[i] = normal(random);
+  if (kind < 0.1) {
+    u[0] = std::abs(normal(random));
+    u.template tail<N - 1>() = d;
+    return;
+  }
+  d.normalize();
+  r[0] = std::abs(normal(random));
+  const bool slips = kind > 0.5;
+  r.template tail<N - 1>() = -(slips ? 1 : kind < 0.2 ? 1.0 : uniform(random)) * friction * r[0] * d;
+  if (slips) u.template tail<N - 1>() = std::abs(normal(random)) * d;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE_SIG("Singular blocks of any rank are solved wherever a solution exists", "", ((int N), N),
+                       2, 3) {
+  std::mt19937_64 random(21);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(0, 1);
+  double worst = 0;
+  for (int k = 0; k < 500000; ++k) {
+    const int rank = 1 + k % (N - 1);
+    const double unit_of_w = std::exp2(std::floor(60 * uniform(random) - 30)),
+                 unit_of_u = std::exp2(std::floor(60 * uniform(random) - 30));
+    const Eigen::Matrix<double, N, N> w = unit_of_w * singular_block<N>(rank, k % 3 == 0, random);
+    const SignoriniCoulomb law{k % 5 == 0 ? 0.0 : std::pow(10, 4 * uniform(random) - 3)};
+    ContactVector<N> r, u, guess = ContactVector<N>::Zero();
+    random_solution<N>(law.friction, random, r, u);
+    r *= unit_of_u / unit_of_w;
+    u *= unit_of_u;
+    const ContactVector<N> b = u - w * r;
+    if (k % 2 == 0)
+      for (int i = 0; i < N; ++i) guess[i] = unit_of_u / unit_of_w * normal(random);
+    const LocalSolver<N> solver(w);
+    const ContactVector<N> velocity = w * guess + b, found = solver.solve(law, velocity, guess);
+    // What rounding b does to the problem is of the order of |r|, which the solution found need not have.
+    const double rho = N / w.trace();
+    const double scale = std::max({found.norm(), rho * b.norm(), r.norm(), guess.norm()});
+    const double error = natural_map<N>(law, found, ContactVector<N>(w * found + b), rho).norm() / scale;
+    worst = std::max(worst, error);
+  }
+  CHECK(worst < 1e-12);
+}
+
+TEST_CASE("A local problem without solution gives a finite reaction and says so") {
+  std::mt19937_64 random(22);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 10000; ++k) {
+    // No reaction moves the contact along the normal, and it approaches.
+    Matrix<3> w = Matrix<3>::Zero();
+    const Eigen::Vector2d a(normal(random), normal(random));
+    w.bottomRightCorner<2, 2>() = a * a.transpose();
+    const Vector<3> velocity(-std::abs(normal(random)), normal(random), normal(random)),
+        guess(std::abs(normal(random)), 0, 0);
+    const LocalSolver<3> solver(w);
+    const SignoriniCoulomb law{0.1 * (k % 10)};
+    const Vector<3> r = solver.solve(law, velocity, guess);
+    REQUIRE(r.allFinite());
+    REQUIRE(r.norm() < 1e3 * (guess.norm() + velocity.norm() / w.trace()));
+    REQUIRE(solver.error(law, velocity, guess, r) > 1e-6);
+  }
 }
 
 TEST_CASE("A zero block leaves the reaction or opens the contact, in finite numbers") {

@@ -80,10 +80,8 @@ class BlockSparseDelassus {
   }
   void change(Motion&, Index, const ContactVector<N>&) const {}
 
-  Index n_groups() const { return n_contacts(); }
-  Index group(Index c) const { return c; }
   template <class Visit>
-  void for_each_coupled_group(Index c, Visit visit) const {
+  void for_each_coupled_contact(Index c, Visit visit) const {
     for (Index k = row_start_[c]; k < row_start_[c + 1]; ++k)
       for (Index d = 0; d < runs_[k].length / N; ++d) visit(runs_[k].first / N + d);
   }

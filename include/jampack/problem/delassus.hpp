@@ -45,8 +45,9 @@ Eigen::Matrix<double, N, N> full_block(const IsotropicBlock& block) {
 ///   motion(r)                 the motion that r makes (may allocate; called outside of sweeps),
 ///   velocity(motion, r, c)    (W r)_c,
 ///   change(motion, c, dr)     to be called after r_c has grown by dr.
-/// group(c) numbers sets of contacts that a thread must not split and for_each_coupled_group(g, visit) visits
-/// the groups (g itself or not) whose velocities depend on g's reactions: what colouring needs.
+/// An operator may have for_each_body(c, visit), which visits the bodies whose motion a change of r_c changes
+/// and on which (W r)_c depends: contacts without a common body can be updated at once
+/// (solver/colouring.hpp).
 template <class D>
 concept DelassusOperator = requires(const D& delassus, Index contact, const Eigen::VectorXd& reaction,
                                     Eigen::VectorXd& velocity, typename D::Motion& motion,

@@ -50,7 +50,7 @@ class GrainComplianceDelassus {
             c >= 0 && c < n_contacts && places_[c].count < 2,
             "grain compliance " + std::to_string(g) + ": contact out of range or on more than two grains");
         Place& place = places_[c];
-        place.part[place.count++] = {start + N * i * width, n_gathered_, width, n_gathered_ + N * i};
+        place.part[place.count++] = {start + N * i * width, n_gathered_, width, n_gathered_ + N * i, g};
         diagonal_[c] += grain.sign[i] * grain.sign[i] * grain.compliance.template block<N, N>(N * i, N * i);
       }
       n_gathered_ += width;
@@ -99,6 +99,12 @@ class GrainComplianceDelassus {
     for (int k = 0; k < place.count; ++k) motion.gathered.template segment<N>(place.part[k].own) += dr;
   }
 
+  /// Visits the one or two grains of contact c.
+  template <class Visit>
+  void for_each_body(Index c, Visit visit) const {
+    for (int k = 0; k < places_[c].count; ++k) visit(places_[c].part[k].grain);
+  }
+
   void apply(const Eigen::VectorXd& r, Eigen::VectorXd& u) const {
     const Motion moved = motion(r);
     u.resize(N * n_contacts());
@@ -111,6 +117,7 @@ class GrainComplianceDelassus {
     Index gathered;  // the grain's gathered reactions
     Index width;     // length of a row
     Index own;       // the contact's own place among all gathered reactions
+    Index grain;
   };
   struct Place {
     int count = 0;

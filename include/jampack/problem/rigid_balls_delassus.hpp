@@ -73,6 +73,7 @@ class RigidBallsDelassus {
   Index n_contacts() const { return contacts_.size(); }
   const Array<InverseInertia>& bodies() const { return bodies_; }
   const Array<BallContact<Dim>>& contacts() const { return contacts_; }
+  double mode_inverse_mass() const { return mode_inverse_mass_; }
 
   IsotropicBlock diagonal_block(Index c) const {
     const BallContact<Dim>& contact = contacts_[c];
@@ -130,7 +131,7 @@ class RigidBallsDelassus {
       BodyMotion& b = motion.body[contact.antagonist];
       b.velocity -= b.inverse_mass * force;
       if constexpr (N > 1) b.spin += (b.inverse_spin * contact.antagonist_arm) * moment;
-    } else {
+    } else if (moves_mode(contact)) {
       motion.mode -= mode_inverse_mass_ * contact.wall_rate * dr[0];
     }
   }
@@ -139,6 +140,16 @@ class RigidBallsDelassus {
     const Motion moved = motion(r);
     u.resize(N * n_contacts());
     for (Index c = 0; c < n_contacts(); ++c) u.template segment<N>(N * c) = velocity(moved, r, c);
+  }
+
+  /// Visits the bodies of contact c, and the box mode (as a last body) where it moves.
+  template <class Visit>
+  void for_each_body(Index c, Visit visit) const {
+    visit(contacts_[c].candidate);
+    if (contacts_[c].antagonist >= 0)
+      visit(contacts_[c].antagonist);
+    else if (moves_mode(contacts_[c]))
+      visit(bodies_.size());
   }
 
   /// All blocks of W that are not zero.
@@ -176,6 +187,10 @@ class RigidBallsDelassus {
   }
 
  private:
+  bool moves_mode(const BallContact<Dim>& wall_contact) const {
+    return mode_inverse_mass_ > 0 && wall_contact.wall_rate != 0;
+  }
+
   // Velocity of the contact points by spin: omega x (-arm n), in the local frame.
   static void add_spin(const BallContact<Dim>& contact, const Spin<Dim>& arm_times_spin,
                        ContactVector<N>& u) {

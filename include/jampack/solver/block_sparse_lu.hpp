@@ -215,7 +215,7 @@ template <int N>
 Array<Array<Index>> symmetric_pattern(const BlockSparseDelassus<N>& w) {
   Array<Array<Index>> neighbours(w.n_contacts());
   for (Index c = 0; c < w.n_contacts(); ++c)
-    w.for_each_coupled_group(c, [&](Index d) {
+    w.for_each_coupled_contact(c, [&](Index d) {
       neighbours[c].push_back(d);
       neighbours[d].push_back(c);
     });

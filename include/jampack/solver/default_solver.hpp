@@ -24,7 +24,9 @@ struct DefaultSolver {
     Index n_sweeps = 0;
     if (iterate.converged() || problem.n_contacts() == 0) return iterate.report(0);
     const bool can_factorise = problem.n_contacts() <= max_newton_contacts;
-    sweep_while_promising(problem, r, iterate, can_factorise ? patience : stop.max_sweeps, n_sweeps);
+    const Index price = newton_cost(problem);
+    sweep_while_promising(problem, r, iterate, can_factorise ? std::max(patience, price) : stop.max_sweeps,
+                          n_sweeps, price / 2);
     double regularisation = ProximalNewton{}.regularisation;
     for (int round = 0; round < 6 && can_factorise && going_on(iterate, n_sweeps); ++round) {
       ProximalNewton newton{
@@ -54,10 +56,23 @@ struct DefaultSolver {
     return !iterate.converged() && n_sweeps < stop.max_sweeps && !iterate.out_of_time();
   }
 
-  // Gauss–Seidel until the residual's rate promises to want more than `limit` sweeps.
+  // What Newton's method costs, in sweeps: some fifteen factorisations. One of a full matrix of n rows takes
+  // n/3 sweeps; of a sparse one with as many entries a row, little more.
+  template <class Problem>
+  static Index newton_cost(const Problem& problem) {
+    if constexpr (requires { problem.delassus.n_stored(); }) {
+      const Index n_rows = Problem::n_unknowns * problem.n_contacts();
+      return 15 * (problem.delassus.n_stored() / n_rows) / 3;
+    } else {
+      return 0;
+    }
+  }
+
+  // Gauss–Seidel until the residual's rate promises to want more than `limit` sweeps; with a small part of
+  // the way left, where rates mislead, at least `near` of them.
   template <class Problem>
   void sweep_while_promising(const Problem& problem, Eigen::VectorXd& r, BestIterate<Problem>& iterate,
-                             Index limit, Index& n_sweeps) const {
+                             Index limit, Index& n_sweeps, Index near = 0) const {
     GaussSeidelSweeps<Problem> sweeps(problem, r);
     double last = iterate.judge(r);
     for (Index done = 0, batch = 5; going_on(iterate, n_sweeps);) {
@@ -69,7 +84,7 @@ struct DefaultSolver {
       sweeps.restart(r);
       const double rate = std::log(last / now) / static_cast<double>(batch);
       const double wanted = std::log(now / stop.tolerance);
-      if (done >= 20 &&
+      if (done >= (now <= 10 * stop.tolerance ? std::max<Index>(20, near) : 20) &&
           static_cast<double>(done) + wanted / std::max(rate, 1e-30) > static_cast<double>(limit))
         return;
       last = now;

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <jampack/core/parallel.hpp>
+#include <jampack/solver/colouring.hpp>
+#include <jampack/solver/contact_kernel.hpp>
 #include <jampack/solver/contact_solver.hpp>
-#include <jampack/solver/local_solver.hpp>
-#include <type_traits>
 
 namespace jampack {
 
@@ -15,6 +20,7 @@ enum class SweepOrder {
   natural,    ///< as numbered
   symmetric,  ///< forwards, then backwards, in turn
   shuffled,   ///< a new order each sweep, from `seed`
+  coloured,   ///< colour by colour, for threads: the same bits whatever their number
 };
 
 /// Nonlinear (block) Gauss–Seidel: contact by contact, the exact local solution with all others held
@@ -25,6 +31,7 @@ struct GaussSeidel {
   SweepOrder order = SweepOrder::natural;
   double relaxation = 1;  ///< in (0, 2): factor on each change of a reaction
   std::uint64_t seed = 1;
+  Threads threads{};  ///< used by the coloured order only; the others are sequential by nature
 
   template <class Problem>
   SolveReport solve(const Problem& problem, Eigen::VectorXd& r) const;
@@ -33,44 +40,27 @@ struct GaussSeidel {
 /// The data of Gauss–Seidel sweeps over one problem, set up once; sweep() allocates nothing.
 template <class Problem>
 class GaussSeidelSweeps {
-  static constexpr int N = Problem::n_unknowns;
-  using Delassus = typename Problem::DelassusType;
-  using Block = std::remove_cvref_t<decltype(std::declval<const Delassus&>().diagonal_block(Index{}))>;
-
  public:
   GaussSeidelSweeps(const Problem& problem, const Eigen::VectorXd& r)
-      : problem_(problem), motion_(problem.delassus.motion(r)), order_(problem.n_contacts()) {
-    local_.reserve(problem.n_contacts());
-    for (Index c = 0; c < problem.n_contacts(); ++c) {
-      local_.push_back(LocalSolver<N, Block>(problem.delassus.diagonal_block(c)));
-      order_[c] = c;
-    }
+      : kernel_(problem, r), order_(problem.n_contacts()) {
+    for (Index c = 0; c < problem.n_contacts(); ++c) order_[c] = c;
+  }
+
+  /// Colours the contacts of the problem; from then on sweeps go colour by colour, on so many threads.
+  void colour(const Problem& problem, Threads threads) {
+    colouring_ = colour_contacts(problem.delassus);
+    kernel_.arrange(colouring_.order);
+    changed_.resize(colouring_.chunks.size());
+    threads_ = threads;
   }
 
   /// To be called when r was changed from outside.
-  void restart(const Eigen::VectorXd& r) { motion_ = problem_.delassus.motion(r); }
+  void restart(const Eigen::VectorXd& r) { kernel_.restart(r); }
 
   /// Visits all contacts once in the present order and changes r. Returns the sum of |dr_c|^2.
   double sweep(Eigen::VectorXd& r, double relaxation = 1) {
-    double changed = 0;
-    for (const Index c : order_) changed += visit(c, r, relaxation);
-    return changed;
-  }
-
-  /// One contact; returns |dr_c|^2.
-  double visit(Index c, Eigen::VectorXd& r, double relaxation = 1) {
-    const ContactVector<N> old = r.template segment<N>(N * c);
-    const ContactVector<N> u =
-        problem_.delassus.velocity(motion_, r, c) + problem_.free_velocity.template segment<N>(N * c);
-    ContactVector<N> next = local_[c].solve(problem_.law[c], u, old);
-    if (relaxation != 1)
-      next = project_on_friction_cone<N>(old + relaxation * (next - old), problem_.law[c].friction);
-    const ContactVector<N> dr = next - old;
-    const double changed = dr.squaredNorm();
-    if (changed == 0) return 0;
-    r.template segment<N>(N * c) = next;
-    problem_.delassus.change(motion_, c, dr);
-    return changed;
+    if (!colouring_.classes.empty()) return coloured_sweep(r, relaxation);
+    return kernel_.visit(order_.data(), order_.data() + order_.size(), r, relaxation);
   }
 
   void reverse() { std::reverse(order_.begin(), order_.end()); }
@@ -85,10 +75,42 @@ class GaussSeidelSweeps {
   }
 
  private:
-  const Problem& problem_;
-  typename Delassus::Motion motion_;
-  Array<LocalSolver<N, Block>> local_;
+  double coloured_sweep(Eigen::VectorXd& r, double relaxation) {
+#ifdef _OPENMP
+    if (threads_.count > 1) {
+#pragma omp parallel num_threads(threads_.count)
+      visit_classes(r, relaxation, omp_get_thread_num(), omp_get_num_threads());
+    } else
+#endif
+      visit_classes(r, relaxation, 0, 1);
+    double changed = 0;  // summed in the order of the chunks, whoever visited them
+    for (const double x : changed_) changed += x;
+    return changed;
+  }
+
+  // One thread's part of a sweep. All threads meet after each class.
+  void visit_classes(Eigen::VectorXd& r, double relaxation, Index thread, Index n_threads) {
+    for (const Colouring::Class& colour : colouring_.classes) {
+      const Index begin = colouring_.chunks[colour.first].first,
+                  size = colouring_.chunks[colour.last - 1].last - begin;
+      const Index first = begin + size * thread / n_threads, last = begin + size * (thread + 1) / n_threads;
+      for (Index k = colour.first; k < colour.last; ++k) {
+        const auto& chunk = colouring_.chunks[k];
+        const bool mine = colour.shared ? chunk.first >= first && chunk.first < last : thread == 0;
+        if (mine)
+          changed_[k] = kernel_.visit(order_.data() + chunk.first, order_.data() + chunk.last, r, relaxation);
+      }
+#ifdef _OPENMP
+#pragma omp barrier
+#endif
+    }
+  }
+
+  ContactKernel<Problem> kernel_;
   Array<Index> order_;
+  Colouring colouring_;
+  Array<double> changed_;  // by chunk
+  Threads threads_;
 };
 
 template <class Problem>
@@ -98,6 +120,7 @@ SolveReport GaussSeidel::solve(const Problem& problem, Eigen::VectorXd& r) const
   Index n_sweeps = 0;
   if (!iterate.converged() && problem.n_contacts() > 0) {
     GaussSeidelSweeps<Problem> sweeps(problem, r);
+    if (order == SweepOrder::coloured) sweeps.colour(problem, threads);
     std::uint64_t state = seed;
     Index next_test = 1;
     while (!iterate.converged() && n_sweeps < stop.max_sweeps) {

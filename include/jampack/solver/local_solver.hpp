@@ -5,18 +5,20 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <jampack/law/signorini_coulomb.hpp>
 #include <jampack/problem/residual.hpp>
+#include <jampack/solver/singular_block.hpp>
 #include <jampack/solver/slip_direction.hpp>
-#include <limits>
 
 namespace jampack {
 
 /// Exact solution of one contact, u = W r + b with the law between r and u, everything else held fixed. It
-/// cannot stick: the states open, sticking and slipping are enumerated, slip by all roots of its equation
+/// cannot stick: the states open, sticking and slipping are enumerated, slip by all roots of its equation,
+/// sticking on a block that is singular (or nearly so) by the points of the cone on W r = -b
 /// (docs/theory/contact_solvers.md, section 4). Made once a contact for its block W = W_cc.
 ///
-/// A block that is singular (or not positive) is solved by proximal steps around the present reaction, whose
-/// fixed points are solutions of the unchanged problem.
+/// Where no reaction satisfies the law (W_NN = 0, say) the result is a proximal step around the present
+/// reaction: finite, a fixed point only of what solves the unchanged problem, and told by `local_error`.
 template <int N, class Block = Eigen::Matrix<double, N, N>>
 class LocalSolver {
   using Matrix = Eigen::Matrix<double, N, N>;
@@ -24,86 +26,136 @@ class LocalSolver {
 
  public:
   LocalSolver() = default;
-  explicit LocalSolver(const Block& block) : w_(block) {
-    const double trace = block.trace();
-    if (!(trace > 0)) return;
-    const Matrix scaled = block / trace;
-    // Twice the symmetric part bounds how far W is from losing positivity.
-    const double smallest = smallest_eigenvalue(0.5 * (scaled + scaled.transpose()));
-    if (smallest < 1e-10) proximal_ = trace * (1e-7 + std::max(0.0, -2 * smallest));
-    shifted_ = w_ + proximal_ * Matrix::Identity();
-    inverse_ = (shifted_ / trace).inverse() / trace;
-    solvable_ = inverse_.allFinite();
-  }
+  explicit LocalSolver(const Block& block) : w_(block) { set_inverse(); }
 
   /// The reaction that satisfies the law; `velocity` is u at the present reaction `r`. Where the block is
   /// zero the reaction can change nothing and stays.
   template <LocalContactLaw Law>
   Reaction solve(const Law& law, const Reaction& velocity, const Reaction& r) const {
-    if (!solvable_) return velocity[0] > 0 ? Reaction(Reaction::Zero()) : r;
-    if (proximal_ == 0) return solve_regular(law, Reaction(velocity - w_ * r), r);
     const Reaction b = velocity - w_ * r;
-    Reaction iterate = r;
-    for (int k = 0; k < 20; ++k) {
-      const Reaction next = solve_regular(law, Reaction(b - proximal_ * iterate), iterate);
-      const double change = (next - iterate).norm();
-      iterate = next;
-      if (change <= 1e-14 * iterate.norm()) break;
+    if constexpr (!Law::is_compliant) {
+      if (!solvable_) return velocity[0] > 0 ? Reaction(Reaction::Zero()) : r;
+      return solve_rigid(law.friction, b, r);
+    } else {
+      return solve_compliant(law, b, r);
     }
-    return iterate;
+  }
+
+  /// How far `next`, made by solve(law, velocity, r), is from the law: the natural map over max(|next|,
+  /// |rho b|). Round-off wherever a solution exists; of order one where none does.
+  template <LocalContactLaw Law>
+  double error(const Law& law, const Reaction& velocity, const Reaction& r, const Reaction& next) const {
+    const double trace = w_.trace(), rho = trace > 0 ? N / trace : 1.0;
+    const Reaction b = velocity - w_ * r;
+    const double scale = std::max(next.norm(), rho * b.norm());
+    const double map = natural_map<N>(law, next, Reaction(w_ * next + b), rho).norm();
+    return scale > 0 ? map / scale : map;
   }
 
  private:
-  template <LocalContactLaw Law>
-  Reaction solve_regular(const Law& law, const Reaction& b, const Reaction& guess) const {
-    if constexpr (!Law::is_compliant) {
-      return solve_rigid(shifted_, inverse_, law.friction, b, guess);
-    } else {
-      return solve_compliant(law, b, guess);
-    }
+  // The inverse, and whether it may be used: not where it would cost more than some five digits.
+  void set_inverse() {
+    const double trace = w_.trace();
+    solvable_ = trace > 0;
+    if (!solvable_) return;
+    inverse_ = (w_ / trace).inverse() / trace;
+    // Of rank 1, an inverse by cofactors is noise over noise and may look harmless.
+    const double condition = w_.cwiseAbs().maxCoeff() * inverse_.cwiseAbs().maxCoeff();
+    const double misfit = (w_ * inverse_ - Matrix::Identity()).cwiseAbs().maxCoeff();
+    regular_ = N == 1 || (condition < 1e5 && misfit < 1e-9 && w_(0, 0) > 0);
   }
 
-  static Reaction solve_rigid(const Matrix& w, const Matrix& inverse, double friction, const Reaction& b,
-                              const Reaction& guess) {
+  Reaction solve_rigid(double friction, const Reaction& b, const Reaction& guess) const {
     if (b[0] >= 0) return Reaction::Zero();
     if constexpr (N == 1) {
-      return Reaction(-b[0] / w(0, 0));
+      return Reaction(-b[0] / w_(0, 0));
     } else {
-      const Reaction stick = -(inverse * b);
+      if (!regular_) return solve_singular(friction, b, guess);
+      const Reaction stick = -(inverse_ * b);
       if (in_friction_cone<N>(stick, friction)) return stick;
-      return slip(w, friction, b, guess, stick);
+      Reaction r;
+      if (slip_near(friction, b, guess, stick, r)) return r;
+      Candidates candidates(w_, friction, b, guess);
+      candidates.judge(project_on_friction_cone<N>(stick, friction));
+      judge_slip(friction, b, candidates);
+      return candidates.best;
     }
   }
 
-  static Reaction slip(const Matrix& w, double friction, const Reaction& b, const Reaction& guess,
-                       const Reaction& stick) {
+  // b_N < 0 and a block whose inverse cannot be trusted.
+  Reaction solve_singular(double friction, const Reaction& b, const Reaction& guess) const {
+    constexpr double round_off = 1e-14;
+    Candidates candidates(w_, friction, b, guess);
+    StickingSet<N>(w_).for_each_rank(friction, b, guess, [&](const Reaction& stick) {
+      candidates.judge(project_on_friction_cone<N>(stick, friction));
+      return candidates.relative_error() <= round_off;
+    });
+    if (candidates.relative_error() > round_off) judge_slip(friction, b, candidates);
+    if (candidates.relative_error() <= 1e-8) return candidates.best;
+    // Nothing satisfies the law: one proximal step, whose block is positive.
+    const double shift = w_.cwiseAbs().sum();
+    LocalSolver shifted;
+    shifted.w_ = w_ + shift * Matrix::Identity();
+    shifted.set_inverse();
+    return shifted.regular_ ? shifted.solve_rigid(friction, Reaction(b - shift * guess), guess) : guess;
+  }
+
+  // States that can be a solution, judged by the natural map.
+  struct Candidates {
+    const Matrix& w;
+    const SignoriniCoulomb law;
+    const Reaction &b, &guess;
+    const double rho;
+    Reaction best = Reaction::Zero();
+    double best_error;
+
+    Candidates(const Matrix& block, double friction, const Reaction& load, const Reaction& first)
+        : w(block),
+          law{friction},
+          b(load),
+          guess(first),
+          rho(N / block.trace()),
+          best_error(natural_map<N>(law, best, b, rho).norm()) {}
+    void judge(const Reaction& r) {
+      const double error = natural_map<N>(law, r, Reaction(w * r + b), rho).norm();
+      if (error < best_error) {
+        best_error = error;
+        best = r;
+      }
+    }
+    // Reactions a million times what loads and guess explain are judged by these: infinity is no solution.
+    double relative_error() const {
+      const double loads = rho * b.norm(), most = 1e6 * std::max(loads, guess.norm());
+      return best_error / std::max(loads, std::min(best.norm(), most));
+    }
+  };
+
+  // Slip in the direction found at once in 2D, by Newton's method from the last direction in 3D. False where
+  // that does not end.
+  bool slip_near(double friction, const Reaction& b, const Reaction& guess, const Reaction& stick,
+                 Reaction& r) const {
     if constexpr (N == 2) {
-      // Two directions; where rounding rejects both, the one that errs less.
-      Reaction best = Reaction::Zero();
-      double best_error = std::numeric_limits<double>::infinity();
       for (const double d : {stick[1] > 0 ? -1.0 : 1.0, stick[1] > 0 ? 1.0 : -1.0}) {
-        const double stiffness = w(0, 0) - friction * d * w(0, 1);
+        const double stiffness = w_(0, 0) - friction * d * w_(0, 1);
         if (!(stiffness > 0)) continue;
         const double normal = -b[0] / stiffness;
-        const Reaction r(normal, -friction * d * normal);
-        const double sliding = d * (w(1, 0) * r[0] + w(1, 1) * r[1] + b[1]);
-        if (sliding >= 0) return r;
-        if (-sliding < best_error) {
-          best_error = -sliding;
-          best = r;
-        }
+        r = Reaction(normal, -friction * d * normal);
+        if (d * (w_(1, 0) * r[0] + w_(1, 1) * r[1] + b[1]) >= 0) return true;
       }
-      return best;
+      return false;
     } else {
-      if (friction == 0) return Reaction(-b[0] / w(0, 0), 0, 0);
-      const SlipEquation equation(w, b, friction);
+      if (friction == 0) {
+        r = Reaction(-b[0] / w_(0, 0), 0, 0);
+        return true;
+      }
       Eigen::Vector2d d = -guess.template tail<2>();
       if (!(d.squaredNorm() > 0)) d = -stick.template tail<2>();
-      if (d.squaredNorm() > 0) {
-        d.normalize();
-        if (equation.follow(d[0], d[1])) return slipping(equation, friction, b[0], d);
-      }
-      return best_of_all(equation, w, friction, b, stick);
+      if (!(d.squaredNorm() > 0)) return false;
+      d.normalize();
+      const SlipEquation equation(w_, b, friction);
+      if (!equation.follow(d[0], d[1])) return false;
+      r = slipping(equation, friction, b[0], d);
+      return true;
     }
   }
 
@@ -113,28 +165,24 @@ class LocalSolver {
     return Reaction(normal, -friction * normal * d[0], -friction * normal * d[1]);
   }
 
-  // Every state that can be a solution, judged by the natural map.
-  static Reaction best_of_all(const SlipEquation& equation, const Matrix& w, double friction,
-                              const Reaction& b, const Reaction& stick) {
-    const double rho = N / w.trace();
-    const SignoriniCoulomb law{friction};
-    Reaction best = Reaction::Zero();
-    double best_error = natural_map<N>(law, best, b, rho).squaredNorm();
-    const auto judge = [&](const Reaction& r) {
-      const double error = natural_map<N>(law, r, Reaction(w * r + b), rho).squaredNorm();
-      if (error < best_error) {
-        best_error = error;
-        best = r;
+  // Every direction in which the contact could slip.
+  void judge_slip(double friction, const Reaction& b, Candidates& candidates) const {
+    if constexpr (N == 2) {
+      for (const double d : {1.0, -1.0}) {
+        const double stiffness = w_(0, 0) - friction * d * w_(0, 1);
+        if (stiffness > 0) candidates.judge(Reaction(-b[0] / stiffness, friction * d * b[0] / stiffness));
       }
-    };
-    judge(project_on_friction_cone<N>(stick, friction));
-    std::array<Eigen::Vector2d, 14> directions;
-    const int n = equation.candidates(directions);
-    for (int i = 0; i < n; ++i) {
-      const Eigen::Vector2d& d = directions[static_cast<std::size_t>(i)];
-      if (equation.normal_stiffness(d[0], d[1]) > 0) judge(slipping(equation, friction, b[0], d));
+    } else {
+      if (w_(0, 0) > 0) candidates.judge(Reaction(-b[0] / w_(0, 0), 0, 0));  // all of it where friction = 0
+      const SlipEquation equation(w_, b, friction);
+      std::array<Eigen::Vector2d, 14> directions;
+      const int n = equation.candidates(directions);
+      for (int i = 0; i < n; ++i) {
+        const Eigen::Vector2d& d = directions[static_cast<std::size_t>(i)];
+        if (equation.normal_stiffness(d[0], d[1]) > 0)
+          candidates.judge(slipping(equation, friction, b[0], d));
+      }
     }
-    return best;
   }
 
   // Newton's method on the compliance, tangent by tangent; each one is a rigid problem with a softer W_NN. It
@@ -143,18 +191,18 @@ class LocalSolver {
   template <LocalContactLaw Law>
   Reaction solve_compliant(const Law& law, const Reaction& b, const Reaction& guess) const {
     if (b[0] >= 0) return Reaction::Zero();
-    double normal = guess[0] > 0 ? guess[0] : -b[0] / shifted_(0, 0);
+    double normal = guess[0] > 0 ? guess[0] : w_(0, 0) > 0 ? -b[0] / w_(0, 0) : 1.0;
     Reaction r = guess;
+    LocalSolver tangent;
     for (int k = 0; k < 100; ++k) {
       const double slope = law.compliance_slope(normal);
-      Matrix w = shifted_;
-      w(0, 0) += slope;
+      tangent.w_ = w_;
+      tangent.w_(0, 0) += slope;
+      tangent.set_inverse();
+      if (!tangent.solvable_) return guess;
       Reaction shifted_b = b;
       shifted_b[0] += law.compliance(normal) - slope * normal;
-      if constexpr (N == 1)
-        r[0] = shifted_b[0] >= 0 ? 0.0 : -shifted_b[0] / w(0, 0);
-      else
-        r = solve_rigid(w, w.inverse(), law.friction, shifted_b, r);
+      r = tangent.solve_rigid(law.friction, shifted_b, r);
       // A tangent taken far above the root can point below zero: come down by a factor instead.
       const double next = r[0] > 0 ? r[0] : 0.01 * normal;
       const bool done = std::abs(next - normal) <= 1e-15 * normal;
@@ -164,28 +212,10 @@ class LocalSolver {
     return r;
   }
 
-  static double smallest_eigenvalue(const Matrix& a) {
-    if constexpr (N == 1) return a(0, 0);
-    if constexpr (N == 2) {
-      const double mean = 0.5 * (a(0, 0) + a(1, 1));
-      return mean - std::hypot(0.5 * (a(0, 0) - a(1, 1)), a(0, 1));
-    }
-    if constexpr (N == 3) {
-      // Trigonometric solution of the characteristic cubic of a symmetric matrix.
-      const double mean = a.trace() / 3;
-      const Matrix deviator = a - mean * Matrix::Identity();
-      const double size = std::sqrt(deviator.squaredNorm() / 6);
-      if (size <= 1e-14 * std::abs(mean)) return mean;
-      const double half_det = std::clamp((deviator / size).determinant() / 2, -1.0, 1.0);
-      return mean + 2 * size * std::cos(std::acos(half_det) / 3 + 2.0943951023931953);
-    }
-  }
-
   Matrix w_ = Matrix::Zero();
-  Matrix shifted_ = Matrix::Zero();  // w_ + proximal_
-  Matrix inverse_ = Matrix::Zero();  // of shifted_
-  double proximal_ = 0;
-  bool solvable_ = false;
+  Matrix inverse_ = Matrix::Zero();
+  bool solvable_ = false;  // the trace is positive
+  bool regular_ = false;   // inverse_ may be used
 };
 
 /// Local solution where the block is diagonal with equal tangential entries, as between balls: the normal

@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: MIT
+// Time of one contact update in a Gauss–Seidel sweep, for every form of the Delassus operator, beside the
+// three ceilings of the machine measured in the same run: read bandwidth for the working set, multiply–add
+// rate, and the chain of dependent operations of the local solution. Prints a table, writes
+// gauss_seidel_kernel.csv.
+//   gauss_seidel_kernel [Catch2 options]
+#define CATCH_CONFIG_RUNNER
+#include <cstdio>
+#include <jampack/io/csv_writer.hpp>
+#include <jampack/problem/grain_compliance_delassus.hpp>
+#include <jampack/solver/gauss_seidel.hpp>
+#include <map>
+#include <numeric>
+#include <random>
+#include <string>
+
+#include "../tests/catch.hpp"
+#include "../tests/solver/ball_packing.hpp"
+#include "measure.hpp"
+
+using namespace jampack;
+
+namespace {
+
+// What a benchmark's time is to be divided by and compared with.
+struct Case {
+  std::string form;
+  int dim = 0, unknowns = 0, threads = 1;
+  Index contacts = 0;
+  double scalars = 0;  // read a contact
+  double flops = 0;    // a contact, a multiply-add counting two
+  double latency = 0;  // seconds, chain of the local solution
+  double bytes() const { return 8 * scalars * static_cast<double>(contacts); }
+};
+std::map<std::string, Case> cases;
+std::map<std::string, double> shortest;  // seconds a run, least of all samples
+
+#if __has_include(<catch2/catch_all.hpp>)
+using ListenerBase = Catch::EventListenerBase;
+#else
+using ListenerBase = Catch::TestEventListenerBase;
+#endif
+
+// The least sample is what the machine can do; the mean is what others on it left.
+struct Recorder : ListenerBase {
+  using ListenerBase::ListenerBase;
+#if __has_include(<catch2/catch_all.hpp>)
+  void benchmarkEnded(const Catch::BenchmarkStats<>& stats) override{
+#else
+  void benchmarkEnded(const Catch::BenchmarkStats<>& stats) override {
+#endif
+      double least = 1e300;
+  for (const auto& sample : stats.samples)
+    least = std::min(least, std::chrono::duration<double>(sample).count());
+  shortest[stats.info.name] = least;
+}
+};  // namespace
+CATCH_REGISTER_LISTENER(Recorder)
+
+// Seconds a byte of reading a working set again and again.
+double read_cost(double bytes) {
+  const Index n = std::max<Index>(64, static_cast<Index>(bytes / 64) * 8);
+  const Array<double> data(n, 1.0);
+  Array<double> one(n, 1.0);
+  double least = 1e300;
+  volatile double sink = 0;
+  for (int k = 0; k < 7; ++k) {
+    const Index times = std::max<Index>(1, 4000000 / n);
+    const double start = jampack_bench::cpu_seconds();
+    for (Index i = 0; i < times; ++i) {
+      using Lanes [[gnu::vector_size(64)]] = double;
+      Lanes sum[4] = {};
+      for (Index j = 0; j + 32 <= n; j += 32)
+        for (int m = 0; m < 4; ++m) {
+          Lanes x;
+          std::memcpy(&x, data.data() + j + 8 * m, sizeof x);
+          sum[m] += x;
+        }
+      const Lanes all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+      sink = sink + all[0] + all[7];
+    }
+    least = std::min(least, (jampack_bench::cpu_seconds() - start) /
+                                (8 * static_cast<double>(n) * static_cast<double>(times)));
+  }
+  return least;
+}
+
+// Seconds a floating-point operation, multiply-adds in registers.
+double flop_cost() {
+  using Lanes [[gnu::vector_size(64)]] = double;
+  double least = 1e300;
+  volatile double sink = 0;
+  for (int k = 0; k < 5; ++k) {
+    Lanes x[12], factor, term;
+    for (int i = 0; i < 8; ++i) factor[i] = 0.999 + 1e-4 * sink, term[i] = 1e-3;
+    for (auto& y : x) y = term;
+    constexpr Index times = 2000000;
+    const double start = jampack_bench::cpu_seconds();
+    for (Index i = 0; i < times; ++i)
+      for (auto& y : x) y = y * factor + term;
+    least = std::min(least, (jampack_bench::cpu_seconds() - start) / (12 * 16.0 * times));
+    for (const auto& y : x) sink = sink + y[0];
+  }
+  return least;
+}
+
+// Seconds of one local solution whose velocity waits for the one before.
+template <class Problem>
+double local_latency(const Problem& problem, const Eigen::VectorXd& r) {
+  constexpr int N = Problem::n_unknowns;
+  using Block = std::remove_cvref_t<decltype(problem.delassus.diagonal_block(0))>;
+  const Index n = std::min<Index>(problem.n_contacts(), 200);
+  Array<LocalSolver<N, Block>> local;
+  Eigen::VectorXd u;
+  contact_velocity(problem, r, u);
+  for (Index c = 0; c < n; ++c) local.push_back(LocalSolver<N, Block>(problem.delassus.diagonal_block(c)));
+  double least = 1e300;
+  double carried = 0;
+  for (int k = 0; k < 5; ++k) {
+    const double start = jampack_bench::cpu_seconds();
+    constexpr int times = 500;
+    for (int i = 0; i < times; ++i)
+      for (Index c = 0; c < n; ++c) {
+        ContactVector<N> v = u.template segment<N>(N * c);
+        v[0] += 1e-300 * carried;
+        carried = local[c].solve(problem.law[c], v, ContactVector<N>(r.template segment<N>(N * c))).sum();
+      }
+    least = std::min(least, (jampack_bench::cpu_seconds() - start) / (times * static_cast<double>(n)));
+  }
+  return least + 0 * carried;
+}
+
+template <class Problem>
+void measure(const std::string& form, int dim, const Problem& problem, double scalars, double flops,
+             bool threads = true) {
+  constexpr int N = Problem::n_unknowns;
+  for (const int n_threads : {0, 1, 2}) {  // 0: natural order
+    if (n_threads > 0 && !threads) continue;
+    Eigen::VectorXd r = Eigen::VectorXd::Zero(problem.free_velocity.size());
+    GaussSeidelSweeps sweeps(problem, r);
+    if (n_threads > 0) sweeps.colour(problem, {n_threads});
+    for (int k = 0; k < 3; ++k) sweeps.sweep(r);
+    const std::string name = form + (n_threads > 0 ? ", coloured" : "") + ", D = " + std::to_string(dim) +
+                             ", N = " + std::to_string(N) + ", " + std::to_string(problem.n_contacts()) +
+                             " contacts, " + std::to_string(std::max(1, n_threads)) + " threads";
+    cases[name] = {form + (n_threads > 0 ? " coloured" : ""),
+                   dim,
+                   N,
+                   std::max(1, n_threads),
+                   problem.n_contacts(),
+                   scalars,
+                   flops,
+                   local_latency(problem, r)};
+    BENCHMARK(std::string(name)) {
+      return sweeps.sweep(r);
+    };
+  }
+}
+
+// Random rows: each contact with 14 others near by, diagonally dominant.
+template <int N>
+auto stored_problem(Index n) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  std::uniform_int_distribution<Index> step(-200, 200);
+  Array<DelassusBlock<N>> blocks;
+  for (Index c = 0; c < n; ++c) {
+    blocks.push_back({c, c, Eigen::Matrix<double, N, N>::Identity()});
+    for (int k = 0; k < 14; ++k) {
+      const Index d = k < 4 ? c + (k < 2 ? k - 2 : k - 1) : c + step(random);
+      if (d == c || d < 0 || d >= n) continue;
+      Eigen::Matrix<double, N, N> block;
+      for (Index i = 0; i < block.size(); ++i) block.data()[i] = 0.02 * uniform(random);
+      blocks.push_back({c, d, block});
+    }
+  }
+  return BlockSparseDelassus<N>(n, std::move(blocks));
+}
+
+// A ring of grains, `size` contacts between neighbours, one dense compliance a grain.
+template <int N>
+auto dense_grains(Index n_grains, Index size) {
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  Array<GrainCompliance<N>> grains(n_grains);
+  const Index width = 2 * N * size;
+  for (Index g = 0; g < n_grains; ++g) {
+    for (Index k = 0; k < 2 * size; ++k) {
+      grains[g].contact.push_back((g * size + k) % (n_grains * size));
+      grains[g].sign.push_back(k < size ? -1 : 1);
+    }
+    grains[g].compliance = Eigen::MatrixXd::Identity(width, width);
+    for (Index i = 0; i < width; ++i)
+      for (Index j = 0; j < width; ++j)
+        grains[g].compliance(i, j) += 0.3 / static_cast<double>(width) * uniform(random);
+  }
+  return GrainComplianceDelassus<N>(n_grains * size, std::move(grains));
+}
+
+template <class Delassus>
+auto with_loads(Delassus delassus) {
+  constexpr int N = Delassus::n_unknowns;
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  const Index n = delassus.n_contacts();
+  Eigen::VectorXd q(N * n);
+  for (Index i = 0; i < q.size(); ++i) q[i] = i % N == 0 ? -1 + 0.5 * normal(random) : 0.2 * normal(random);
+  if constexpr (N == 1)
+    return ContactProblem<Delassus, Signorini>(std::move(delassus), q, Array<Signorini>(n));
+  else
+    return ContactProblem<Delassus>(std::move(delassus), q, Array<SignoriniCoulomb>(n, {0.3}));
+}
+
+template <int N>
+void measure_stored(int dim) {
+  for (const Index contacts : {Index{4}, Index{1000 * 9 / (N * N)}, Index{15000 * 9 / (N * N)}}) {
+    const auto problem = with_loads(stored_problem<N>(contacts));
+    const double scalars = static_cast<double>(problem.delassus.n_stored()) / static_cast<double>(contacts);
+    measure("block sparse", dim, problem, scalars, 2 * scalars, contacts > 10);
+  }
+}
+
+template <int N>
+void measure_dense(int dim) {
+  for (const Index grains : {Index{3}, Index{12}, Index{150}}) {
+    const Index size = grains == 3 ? 4 / N + 1 : grains == 12 ? 36 / N : 120 / N;
+    const auto problem = with_loads(dense_grains<N>(grains, size));
+    const double scalars =
+        static_cast<double>(problem.delassus.n_stored()) / static_cast<double>(problem.n_contacts());
+    measure("dense a grain", dim, problem, scalars, 2 * scalars, grains > 3);
+  }
+}
+
+template <int Dim, int N>
+void measure_balls(double packing_fraction) {
+  // Scalars of a contact as the kernel holds them, and of its two bodies.
+  const double scalars = N == 1 ? 20 : Dim == 2 ? 19 : 21;
+  const double flops = N == 1 ? 4 * Dim * 3 : Dim == 2 ? 50 : 110;
+  for (const Index balls : {20, 1000, 8000}) {
+    const auto problem = jampack_tests::pressed_packing<Dim, N>(balls, packing_fraction, 0.3, 1, 60);
+    measure("rigid balls", Dim, problem, scalars, flops, balls > 100);
+  }
+}
+
+void report() {
+  CsvWriter csv("gauss_seidel_kernel.csv",
+                {"form", "dim", "unknowns", "contacts", "bytes", "threads", "ns_per_contact", "ns_per_scalar",
+                 "floor_bytes_ns", "floor_flops_ns", "floor_latency_ns", "compiler", "flags", "commit"});
+  const double flop = flop_cost();
+  std::printf("\nmultiply-adds: %.1f Gflop/s; floors in ns a contact for one thread\n", 1e-9 / flop);
+  std::printf("%-22s %2s %2s %8s %9s %7s %8s %9s | %7s %7s %8s | %s\n", "form", "D", "N", "contacts", "kB",
+              "threads", "ns/cont", "ns/scalar", "bytes", "flops", "latency", "over the largest");
+  for (const auto& [name, c] : cases) {
+    if (!shortest.contains(name)) continue;
+    const double ns = 1e9 * shortest[name] / static_cast<double>(c.contacts);
+    const double bytes = 1e9 * 8 * c.scalars * read_cost(c.bytes()), flops = 1e9 * flop * c.flops,
+                 latency = 1e9 * c.latency;
+    std::printf("%-22s %2d %2d %8td %9.0f %7d %8.1f %9.3f | %7.1f %7.1f %8.1f | %.2f\n", c.form.c_str(),
+                c.dim, c.unknowns, c.contacts, c.bytes() / 1024, c.threads, ns, ns / c.scalars, bytes, flops,
+                latency, ns / std::max({bytes, flops, latency}));
+    csv.write({c.form, c.dim, c.unknowns, c.contacts, c.bytes(), c.threads, ns, ns / c.scalars, bytes, flops,
+               latency, jampack_bench::compiler(), jampack_bench::flags(), jampack_bench::commit()});
+  }
+}
+
+}  // namespace
+
+TEST_CASE("rigid balls") {
+  measure_balls<3, 3>(0.66);
+  measure_balls<3, 1>(0.66);
+  measure_balls<2, 2>(0.86);
+  measure_balls<2, 1>(0.86);
+}
+
+TEST_CASE("block sparse") {
+  measure_stored<3>(3);
+  measure_stored<2>(2);
+  measure_stored<1>(3);
+}
+
+TEST_CASE("dense a grain") {
+  measure_dense<3>(3);
+  measure_dense<2>(2);
+  measure_dense<1>(3);
+}
+
+int main(int argc, char** argv) {
+  Catch::Session session;
+  session.configData().benchmarkSamples = 15;
+  session.configData().benchmarkNoAnalysis = true;
+  if (const int failed = session.applyCommandLine(argc, argv); failed != 0) return failed;
+  const int failed = session.run();
+  report();
+  return failed;
+}

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <jampack/problem/rigid_balls_delassus.hpp>
+#include <jampack/problem/rows_times.hpp>
+#include <jampack/solver/local_solver.hpp>
+#include <numeric>
+#include <type_traits>
+#include <utility>
+
+namespace jampack {
+
+/// One contact update of Gauss–Seidel, for any Delassus operator: its velocity, the exact local solution, the
+/// change of motion. Set up once for a problem, which it refers to; visit() allocates nothing.
+template <class Problem>
+class ContactKernel {
+  static constexpr int N = Problem::n_unknowns;
+  using Delassus = typename Problem::DelassusType;
+  using Block = std::remove_cvref_t<decltype(std::declval<const Delassus&>().diagonal_block(Index{}))>;
+
+ public:
+  ContactKernel(const Problem& problem, const Eigen::VectorXd& r)
+      : problem_(problem), motion_(problem.delassus.motion(r)) {
+    local_.reserve(problem.n_contacts());
+    contact_.resize(problem.n_contacts());
+    std::iota(contact_.begin(), contact_.end(), Index{0});
+    for (Index c = 0; c < problem.n_contacts(); ++c)
+      local_.push_back(LocalSolver<N, Block>(problem.delassus.diagonal_block(c)));
+  }
+
+  /// To be called when r was changed from outside.
+  void restart(const Eigen::VectorXd& r) { motion_ = problem_.delassus.motion(r); }
+
+  /// Gives the contacts places in memory: the k-th place to order[k]. Until then contact c has place c.
+  void arrange(const Array<Index>& order) { contact_ = order; }
+
+  /// Updates the contacts at the places from `first` to before `last`, in that order; returns the sum of
+  /// |dr_c|^2.
+  double visit(const Index* first, const Index* last, Eigen::VectorXd& r, double relaxation) {
+    double changed = 0;
+    for (; first != last; ++first) changed += update(contact_[*first], r, relaxation);
+    return changed;
+  }
+
+ private:
+  double update(Index c, Eigen::VectorXd& r, double relaxation) {
+    const ContactVector<N> old = r.template segment<N>(N * c);
+    const ContactVector<N> u =
+        problem_.delassus.velocity(motion_, r, c) + problem_.free_velocity.template segment<N>(N * c);
+    ContactVector<N> next = local_[c].solve(problem_.law[c], u, old);
+    if (relaxation != 1)
+      next = project_on_friction_cone<N>(old + relaxation * (next - old), problem_.law[c].friction);
+    const ContactVector<N> dr = next - old;
+    const double changed = dr.squaredNorm();
+    if (changed == 0) return 0;
+    r.template segment<N>(N * c) = next;
+    problem_.delassus.change(motion_, c, dr);
+    return changed;
+  }
+
+  const Problem& problem_;
+  typename Delassus::Motion motion_;
+  Array<LocalSolver<N, Block>> local_;
+  Array<Index> contact_;  // by place
+};
+
+/// Rigid spheres with friction: all that an update reads of a contact lies together in one record, a ball's
+/// motion in one cache line, and vectors are held in four lanes. The local solution is closed (W_cc is
+/// diagonal with equal tangential entries), so an update is one short chain of dependent operations.
+template <ContactLaw Law>
+requires(!Law::Contact::is_compliant &&
+         Law::n_unknowns(3) == 3) class ContactKernel<ContactProblem<RigidBallsDelassus<3, 3>, Law>> {
+  using Problem = ContactProblem<RigidBallsDelassus<3, 3>, Law>;
+
+ public:
+  ContactKernel(const Problem& problem, const Eigen::VectorXd& r) : problem_(problem) {
+    const auto& delassus = problem.delassus;
+    const Index n = problem.n_contacts(), n_bodies = delassus.bodies().size();
+    body_.resize(n_bodies + 1);
+    wall_ = static_cast<std::int32_t>(n_bodies);
+    for (Index b = 0; b < n_bodies; ++b) {
+      body_[b].velocity[3] = delassus.bodies()[b].mass;
+      body_[b].spin[3] = delassus.bodies()[b].spin;
+    }
+    record_.resize(n);
+    for (Index c = 0; c < n; ++c) {
+      const BallContact<3>& contact = delassus.contacts()[c];
+      const IsotropicBlock block = delassus.diagonal_block(c);
+      Record& record = record_[c];
+      record.contact = c;
+      for (int i = 0; i < 3; ++i) {
+        record.n[i] = contact.frame(0, i);
+        record.t1[i] = contact.frame(1, i);
+        record.t2[i] = contact.frame(2, i);
+        record.free_velocity[i] = problem.free_velocity[3 * c + i];
+      }
+      record.n[3] = block.normal > 0 ? 1 / block.normal : 0;
+      record.t1[3] = block.tangential > 0 ? 1 / block.tangential : 0;
+      record.t2[3] = problem.law[c].friction;
+      record.candidate_arm = contact.candidate_arm;
+      record.antagonist_arm = contact.antagonist >= 0 ? contact.antagonist_arm : 0;
+      record.wall_rate = contact.antagonist >= 0 || delassus.mode_inverse_mass() == 0 ? 0 : contact.wall_rate;
+      record.candidate = static_cast<std::int32_t>(contact.candidate);
+      record.antagonist = contact.antagonist >= 0 ? static_cast<std::int32_t>(contact.antagonist) : wall_;
+    }
+    restart(r);
+  }
+
+  void restart(const Eigen::VectorXd& r) {
+    const auto motion = problem_.delassus.motion(r);
+    for (Index b = 0; b < motion.body.size(); ++b)
+      for (int i = 0; i < 3; ++i) {
+        body_[b].velocity[i] = motion.body[b].velocity[i];
+        body_[b].spin[i] = motion.body[b].spin[i];
+      }
+    mode_ = motion.mode;
+  }
+
+  void arrange(const Array<Index>& order) {
+    Array<Record> arranged(record_.size());
+    for (const Record& record : record_) arranged[record.contact] = record;
+    for (Index k = 0; k < order.size(); ++k) record_[k] = arranged[order[k]];
+  }
+
+  double visit(const Index* first, const Index* last, Eigen::VectorXd& r, double relaxation) {
+    return relaxation == 1 ? visit<false>(first, last, r.data(), 1)
+                           : visit<true>(first, last, r.data(), relaxation);
+  }
+
+ private:
+  template <bool relaxed>
+  double visit(const Index* first, const Index* last, double* r, double relaxation) {
+    double changed = 0;
+    for (; first != last; ++first) changed += update<relaxed>(*first, r, relaxation);
+    return changed;
+  }
+
+  template <bool relaxed>
+  [[gnu::always_inline]] inline double update(Index place, double* reactions, double relaxation) {
+    const Record& record = record_[place];
+    BodyMotion& a = body_[record.candidate];
+    BodyMotion& b = body_[record.antagonist];
+    const FourLanes velocity_a = a.velocity, velocity_b = b.velocity, spin_a = a.spin, spin_b = b.spin;
+    // Whatever does not wait for the bodies: columns of the frame, and (0, -t2, t1) for the spins.
+    const FourLanes even = __builtin_shufflevector(record.n, record.t1, 0, 4, 2, 6);  // n0 t0 n2 t2
+    const FourLanes odd = __builtin_shufflevector(record.n, record.t1, 1, 5, 3, 7);   // n1 t1
+    const FourLanes column0 = __builtin_shufflevector(even, record.t2, 0, 1, 4, 7);
+    const FourLanes column1 = __builtin_shufflevector(odd, record.t2, 0, 1, 5, 7);
+    const FourLanes column2 = __builtin_shufflevector(even, record.t2, 2, 3, 6, 7);
+    const FourLanes turn0 = quarter_turn(column0), turn1 = quarter_turn(column1),
+                    turn2 = quarter_turn(column2);
+    const FourLanes inverse = __builtin_shufflevector(record.n, record.t1, 3, 7, 7, 3);
+    const FourLanes only_vector = {1, 1, 1, 0};
+    const FourLanes mass_a = only_vector * lane<3>(velocity_a), mass_b = only_vector * lane<3>(velocity_b);
+    const FourLanes inertia_a = only_vector * (record.candidate_arm * lane<3>(spin_a)),
+                    inertia_b = only_vector * (record.antagonist_arm * lane<3>(spin_b));
+    double* const own = reactions + 3 * record.contact;
+    const FourLanes old = {own[0], own[1], own[2], 0};
+
+    const FourLanes approach = velocity_a - velocity_b;
+    const FourLanes turning = record.candidate_arm * spin_a + record.antagonist_arm * spin_b;
+    FourLanes u = ((record.free_velocity + lane<0>(approach) * column0) + lane<0>(turning) * turn0) +
+                  (lane<1>(approach) * column1 + lane<1>(turning) * turn1) +
+                  (lane<2>(approach) * column2 + lane<2>(turning) * turn2);
+    if (record.wall_rate != 0) u[0] -= record.wall_rate * mode_;
+    FourLanes dr = -inverse * u;
+    dr[0] = dr[0] > -old[0] ? dr[0] : -old[0];
+    FourLanes next = old + dr;
+    const double limit = record.t2[3] * next[0], size2 = next[1] * next[1] + next[2] * next[2];
+    if (size2 > limit * limit) {
+      const double factor = limit / std::sqrt(size2);
+      next *= FourLanes{1, factor, factor, 0};
+      dr = next - old;
+    }
+    if constexpr (relaxed) {
+      const ContactVector<3> before(old[0], old[1], old[2]), after(next[0], next[1], next[2]);
+      const ContactVector<3> projected =
+          project_on_friction_cone<3>(before + relaxation * (after - before), record.t2[3]);
+      next = FourLanes{projected[0], projected[1], projected[2], 0};
+      dr = next - old;
+    }
+    for (int i = 0; i < 3; ++i) own[i] = next[i];
+    const FourLanes force = lane<0>(dr) * record.n + (lane<1>(dr) * record.t1 + lane<2>(dr) * record.t2);
+    const FourLanes moment = lane<2>(dr) * record.t1 - lane<1>(dr) * record.t2;
+    a.velocity = velocity_a + mass_a * force;
+    a.spin = spin_a + inertia_a * moment;
+    if (record.antagonist != wall_) {  // threads may share it
+      b.velocity = velocity_b - mass_b * force;
+      b.spin = spin_b + inertia_b * moment;
+    }
+    if (record.wall_rate != 0) mode_ -= problem_.delassus.mode_inverse_mass() * record.wall_rate * dr[0];
+    return dr[0] * dr[0] + (dr[1] * dr[1] + dr[2] * dr[2]);
+  }
+
+  struct Record {
+    FourLanes n;   // and 1 / W_NN
+    FourLanes t1;  // and 1 / W_TT
+    FourLanes t2;  // and friction
+    FourLanes free_velocity = {};
+    double candidate_arm, antagonist_arm, wall_rate;
+    std::int32_t candidate, antagonist;
+    Index contact;
+  };
+  struct alignas(64) BodyMotion {
+    FourLanes velocity = {};  // and inverse mass
+    FourLanes spin = {};      // and inverse moment of inertia
+  };
+
+  template <int I>
+  static FourLanes lane(FourLanes x) {
+    return __builtin_shufflevector(x, x, I, I, I, I);
+  }
+  // (n, t1, t2) -> (0, -t2, t1)
+  static FourLanes quarter_turn(FourLanes x) {
+    return FourLanes{0, -1, 1, 0} * __builtin_shufflevector(x, x, 0, 2, 1, 3);
+  }
+
+  const Problem& problem_;
+  Array<Record> record_;
+  Array<BodyMotion> body_;
+  std::int32_t wall_ = 0;  // the last body, which stands for all walls and never moves
+  double mode_ = 0;
+};
+
+}  // namespace jampack
