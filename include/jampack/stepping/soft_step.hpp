@@ -22,6 +22,7 @@ struct SoftStepOptions {
   int max_iterations = 60;        ///< Newton iterations before the step is given up
   double penalty = 10;  ///< augmentation, in units of the stiffness of a surface layer one edge thick
   double linear_tolerance = 0.05;   ///< of the inner linear solves, relative
+  Index contact_sweeps = 250;       ///< of one condensed contact problem; the best iterate is taken then
   double newton_below = 1e-3;       ///< equilibrium residual below which the exact tangents are tried
   double contact_tolerance = 1e-3;  ///< of condensed contact problems, on their scaled residual
   double reach = 0.03;              ///< detection distance over the mean diameter
@@ -494,7 +495,7 @@ class SoftStep {
     }
     Solver solver;
     solver.stop.tolerance = options.contact_tolerance;
-    solver.stop.max_sweeps = 2000;
+    solver.stop.max_sweeps = options.contact_sweeps;
     // What counts is the residual that the step itself is judged by: measured with the stiffness of the
     // surface, not with that of the whole grain, and relative to the reactions, not to the open gaps.
     Array<double> stiffness;
@@ -505,7 +506,7 @@ class SoftStep {
     Eigen::VectorXd u;
     double left = 0;
     const double target =
-        std::clamp(0.01 * residual_norm_ / force_scale_, 0.2 * options.tolerance, options.contact_tolerance);
+        std::clamp(0.03 * residual_norm_ / force_scale_, 0.2 * options.tolerance, options.contact_tolerance);
     for (int k = 0; k < 5; ++k) {
       solved = solver.solve(problem, r);
       sweeps += solved.sweeps;
@@ -516,7 +517,7 @@ class SoftStep {
                                ContactVector<N>(u.template segment<N>(N * c)), stiffness[c])
                     .squaredNorm();
       left = std::sqrt(left) / std::max(r.norm(), least_force(packing));
-      if (left <= target || !solved.converged) break;
+      if (left <= target || !solved.converged || sweeps >= options.contact_sweeps) break;
       solver.stop.tolerance =
           std::max(1e-14, std::min(0.1 * solver.stop.tolerance, 0.5 * solved.residual * target / left));
     }
