@@ -71,7 +71,7 @@ StoredState<Packing::dimension> stored_state(const Compaction<Packing, Law, Solv
 /// The compaction that stored_state() was taken of, to be continued as if it had never stopped: its further
 /// steps are the same bit for bit where law and options are. Throws InvalidInput where the state is of
 /// another element, material or law, or its parts do not fit together.
-template <class Packing, ContactLaw Law, class Solver = DefaultSolver>
+template <class Packing, ContactLaw Law, class Solver = ProximalNewton>
 Compaction<Packing, Law, Solver> restored_compaction(const StoredState<Packing::dimension>& state, Law law,
                                                      CompactionOptions options,
                                                      SoftStepOptions step_options) {

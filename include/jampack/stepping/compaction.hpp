@@ -21,7 +21,7 @@ struct CompactionOptions {
 
 /// Presses a packing by homothetic closing of its room at constant wall speed, in adaptive implicit steps:
 /// a step that fails is cut, one that was easy lets the next grow.
-template <class Packing, ContactLaw Law, class Solver = DefaultSolver>
+template <class Packing, ContactLaw Law, class Solver = ProximalNewton>
 class Compaction {
  public:
   static constexpr int Dim = Packing::dimension;

@@ -6,8 +6,8 @@
 #include <jampack/law/signorini.hpp>
 #include <jampack/problem/residual.hpp>
 #include <jampack/solver/anderson.hpp>
-#include <jampack/solver/default_solver.hpp>
 #include <jampack/solver/gmres.hpp>
+#include <jampack/solver/proximal_newton.hpp>
 #include <jampack/stepping/augmented_force.hpp>
 #include <jampack/stepping/condensed_step.hpp>
 #include <jampack/stepping/newton_system.hpp>
@@ -22,7 +22,7 @@ struct SoftStepOptions {
   int max_iterations = 60;        ///< Newton iterations before the step is given up
   double penalty = 10;  ///< augmentation, in units of the stiffness of a surface layer one edge thick
   double linear_tolerance = 0.05;   ///< of the inner linear solves, relative
-  Index contact_sweeps = 250;       ///< of one condensed contact problem; the best iterate is taken then
+  Index contact_sweeps = 60;        ///< of one condensed contact problem; the best iterate is taken then
   double newton_below = 1e-3;       ///< equilibrium residual below which the exact tangents are tried
   double contact_tolerance = 1e-3;  ///< of condensed contact problems, on their scaled residual
   double reach = 0.03;              ///< detection distance over the mean diameter
@@ -46,7 +46,7 @@ struct SoftStepReport {
 /// One implicit Moreau-Jean step of a packing of deformable grains under exact contact
 /// (docs/theory/deformable_stage.md): contacts keep their frames while Newton's method works on internal
 /// forces and contact forces together, and take new ones as it converges.
-template <class Packing, ContactLaw Law, class Solver = DefaultSolver>
+template <class Packing, ContactLaw Law, class Solver = ProximalNewton>
 class SoftStep {
  public:
   static constexpr int Dim = Packing::dimension;
