@@ -9,7 +9,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <tuple>
 
 namespace jampack {
@@ -123,13 +122,11 @@ class Audit {
   /// Every stored contact that carries force, and every sample that penetrates, at its projection now.
   void project_contacts() {
     using Key = std::tuple<Index, Index, Index>;
-    std::map<Key, const StoredContact<Dim>*> loaded;
-    std::set<Key> known;
+    std::map<Key, const StoredContact<Dim>*> known;
     const auto take = [&](const auto& contacts) {
       for (const auto& c : contacts) {
         require(c.sample < boundary_.samples.size(), "audit: a contact lies where the mesh has no sample");
-        known.insert({c.candidate, c.sample, c.antagonist});
-        if (!c.reaction.isZero(0)) loaded[{c.candidate, c.sample, c.antagonist}] = &c;
+        known[{c.candidate, c.sample, c.antagonist}] = &c;
       }
     };
     take(state_.pairs);
@@ -142,19 +139,17 @@ class Audit {
         const Sample& sample = boundary_.samples[s];
         const Vector<Dim> x = at_sample(sample, state_.grains[a].position);
         const auto visit = [&](Index antagonist, auto project, Index n_unknowns) {
-          const auto load = loaded.find({a, s, antagonist});
-          const bool carries = load != loaded.end();
+          const auto entry = known.find({a, s, antagonist});
+          const StoredContact<Dim>* stored = entry == known.end() ? nullptr : entry->second;
+          const bool carries = stored && !stored->reaction.isZero(0);
           if (!carries && antagonist >= 0 && !surfaces_[antagonist].may_reach(x, 0)) return;
           const typename Surface::Projection p = project();
           Point point{a, antagonist, &sample, Vector<Dim>::Zero(), p, p, slack(a, s, antagonist), n_unknowns};
-          if (!carries && !(p.gap + point.slack < 0)) return;
-          if (p.gap + point.slack < -1e-6 * mean_diameter_ && known.find({a, s, antagonist}) == known.end())
-            ++missed[a];
-          if (carries) {
-            const auto& stored = *load->second;
-            point.force = n_unknowns == 1 ? Vector<Dim>(stored.reaction[0] * p.normal) : stored.reaction;
-            if (antagonist >= 0) point.frame = step_frame(stored, x);
-          }
+          if (stored && antagonist >= 0) point.frame = step_frame(*stored, x);
+          if (!carries && !(point.frame.gap + point.slack < 0)) return;
+          if (!stored && p.gap + point.slack < -1e-6 * mean_diameter_) ++missed[a];
+          if (carries)
+            point.force = n_unknowns == 1 ? Vector<Dim>(stored->reaction[0] * p.normal) : stored->reaction;
           found[a].push_back(point);
         };
         for (Index w = 0; w < state_.room.n_walls(); ++w)
