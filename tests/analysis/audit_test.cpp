@@ -165,7 +165,7 @@ TEST_CASE("the audit passes steps of any theta, and knows which theta it was") {
 }
 
 TEST_CASE("the audit passes spheres, and sees a contact removed") {
-  auto state = pressed<3>(400, {{1.0, {-0.3, -0.28, -0.25}}, {0.9, {0.32, 0.33, 0.29}}}, 1.64, 0.32, 1);
+  auto state = pressed<3>(400, {{1.0, {-0.3, -0.28, -0.25}}, {0.9, {0.32, 0.33, 0.29}}}, 1.64, 0.35, 1);
   const AuditReport report = audit_of(state);
   for (const auto& row : report.rows()) {
     INFO(row.name << " = " << row.value);

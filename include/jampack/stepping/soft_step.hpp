@@ -17,7 +17,7 @@ namespace jampack {
 /// How one implicit step is solved. docs/results/compaction.md says how the defaults came about.
 struct SoftStepOptions {
   double theta = 1;               ///< of the Moreau-Jean scheme, in [0.5, 1]
-  double tolerance = 7e-7;        ///< on the equilibrium residual and on the scaled contact residual
+  double tolerance = 5e-7;        ///< on the equilibrium residual and on the scaled contact residual
   double fresh_tolerance = 3e-4;  ///< on both with contact detected afresh at the end of the step
   int max_iterations = 60;        ///< Newton iterations before the step is given up
   double penalty = 10;  ///< augmentation, in units of the stiffness of a surface layer one edge thick
@@ -98,12 +98,16 @@ class SoftStep {
       report.scaled_residual = contact_residual_;
       if (balanced(options.tolerance)) {
         accept_forces();
+        const auto solved_pairs = pairs;  // with the frames they were solved in
+        const auto solved_walls = walls;
         const bool news = find_contacts(packing);
         const double penalty = std::exchange(penalty_, 0.0);  // the forces as they are, on what they now meet
         evaluate(packing);
         penalty_ = penalty;
         report.fresh = std::max(residual_norm_ / force_scale_, contact_residual_);
         if (!news && balanced(options.fresh_tolerance)) {
+          pairs = solved_pairs;
+          walls = solved_walls;
           report.converged = true;
           return report;
         }
