@@ -147,8 +147,10 @@ requires(!Law::Contact::is_compliant &&
     const FourLanes column0 = __builtin_shufflevector(even, record.t2, 0, 1, 4, 7);
     const FourLanes column1 = __builtin_shufflevector(odd, record.t2, 0, 1, 5, 7);
     const FourLanes column2 = __builtin_shufflevector(even, record.t2, 2, 3, 6, 7);
-    const FourLanes turn0 = quarter_turn(column0), turn1 = quarter_turn(column1),
-                    turn2 = quarter_turn(column2);
+    FourLanes turn0, turn1, turn2;  // by reference: vectors as values have no one ABI
+    quarter_turn(column0, turn0);
+    quarter_turn(column1, turn1);
+    quarter_turn(column2, turn2);
     const FourLanes inverse = __builtin_shufflevector(record.n, record.t1, 3, 7, 7, 3);
     const FourLanes only_vector = {1, 1, 1, 0};
     const FourLanes mass_a = only_vector * lane<3>(velocity_a), mass_b = only_vector * lane<3>(velocity_b);
@@ -207,12 +209,12 @@ requires(!Law::Contact::is_compliant &&
   };
 
   template <int I>
-  static FourLanes lane(FourLanes x) {
-    return __builtin_shufflevector(x, x, I, I, I, I);
+  static double lane(const FourLanes& x) {
+    return x[I];
   }
   // (n, t1, t2) -> (0, -t2, t1)
-  static FourLanes quarter_turn(FourLanes x) {
-    return FourLanes{0, -1, 1, 0} * __builtin_shufflevector(x, x, 0, 2, 1, 3);
+  static void quarter_turn(const FourLanes& x, FourLanes& turned) {
+    turned = FourLanes{0, -1, 1, 0} * __builtin_shufflevector(x, x, 0, 2, 1, 3);
   }
 
   const Problem& problem_;
