@@ -125,13 +125,16 @@ Eigen::VectorXd elastic_spectrum(Index wanted, double poisson, double stretch) {
   const Eigen::VectorXd root = solid.lumped_volume().cwiseSqrt();
   Eigen::MatrixXd k =
       root.cwiseInverse().asDiagonal() * Eigen::MatrixXd(solid.tangent(x)) * root.cwiseInverse().asDiagonal();
-  // Projected on the complement of the rigid motions, which are lifted out of the way.
+  // Projected on the complement of the rigid motions: their zeros come first and are left out. Another zero
+  // or a negative value would push one of them among what is returned.
   Eigen::MatrixXd rigid = root.asDiagonal() * rigid_motions<Dim>(x);
   rigid = Eigen::HouseholderQR<Eigen::MatrixXd>(rigid).householderQ() *
           Eigen::MatrixXd::Identity(x.size(), rigid.cols());
   const Eigen::MatrixXd out = Eigen::MatrixXd::Identity(x.size(), x.size()) - rigid * rigid.transpose();
-  k = out * k * out + 1e3 * k.trace() * rigid * rigid.transpose();
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k, Eigen::EigenvaluesOnly).eigenvalues();
+  k = (out * k * out).eval();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(k, Eigen::EigenvaluesOnly);
+  REQUIRE(spectrum.info() == Eigen::Success);
+  return spectrum.eigenvalues().tail(x.size() - rigid.cols());
 }
 
 }  // namespace
