@@ -32,6 +32,7 @@
 namespace jampack {
 
 inline constexpr double preparation_stress = 1e-5;  ///< sigma0 / E
+inline constexpr double settled_above = 10;  ///< P / sigma0 above which records are of settled packings
 
 /// The options of a compaction program.
 struct CompactionParameters {
@@ -220,6 +221,8 @@ class CompactionProgram {
     try {
       while (phi_ < parameters_.until) {
         advance_to(run, std::min(phi_ + parameters_.every, parameters_.until));
+        // Where it does not settle the record's grain_imbalance says so.
+        if (run.pressure() > settled_above * preparation_stress) run.settle();
         record(run);
       }
     } catch (const NotConverged& error) {

@@ -97,7 +97,7 @@ int check(const Parameters& p, const Mesh<Dim>& mesh, Json& summary) {
                            "; try another element or more cells");
     }
     double force = 0;  // mean of the two walls
-    for (Index c = 0; c < step.walls.size(); ++c) force += 0.5 * step.walls.reaction[c][0];
+    for (Index c = 0; c < step.contacts.walls.size(); ++c) force += 0.5 * step.contacts.walls.reaction[c][0];
     double reference = none;
     if constexpr (Dim == 3) reference = sphere_compression_force({1, 1, p.poisson}, target).value_or(none);
     const double error = force / reference - 1;

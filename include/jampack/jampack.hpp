@@ -46,7 +46,9 @@
 #include <jampack/material/st_venant_kirchhoff.hpp>
 #include <jampack/material/volume_energy.hpp>
 
+#include <jampack/body/block_cholesky.hpp>
 #include <jampack/body/block_matrix.hpp>
+#include <jampack/body/cholesky_structure.hpp>
 #include <jampack/body/grain.hpp>
 #include <jampack/body/grain_model.hpp>
 #include <jampack/body/rigid_balls.hpp>
@@ -96,7 +98,9 @@
 #include <jampack/solver/regularised_problem.hpp>
 #include <jampack/solver/singular_block.hpp>
 #include <jampack/solver/slip_direction.hpp>
+#include <jampack/solver/truncated_conjugate_gradients.hpp>
 
+#include <jampack/stepping/augmented_balance.hpp>
 #include <jampack/stepping/augmented_force.hpp>
 #include <jampack/stepping/ball_law.hpp>
 #include <jampack/stepping/compaction.hpp>
@@ -107,6 +111,7 @@
 #include <jampack/stepping/newton_system.hpp>
 #include <jampack/stepping/press_to.hpp>
 #include <jampack/stepping/soft_step.hpp>
+#include <jampack/stepping/watched_contacts.hpp>
 
 #include <jampack/analysis/audit.hpp>
 #include <jampack/analysis/audit_compliance.hpp>

@@ -68,6 +68,7 @@ StoredState<Dim> pressed(Index cells, const Array<std::pair<double, Vector<Dim>>
   step.theta = theta;
   Compaction<Packing, SignoriniCoulomb> compaction(std::move(packing), {0.3}, {}, step);
   while (compaction.packing_fraction() < packing_fraction) compaction.advance();
+  REQUIRE(compaction.settle());
   return stored_state(compaction);
 }
 
@@ -169,8 +170,7 @@ TEST_CASE("the audit passes spheres, and sees a contact removed") {
   const AuditReport report = audit_of(state);
   for (const auto& row : report.rows()) {
     INFO(row.name << " = " << row.value);
-    // The walls are not slow enough for the bound 1e-3 here: a known shortfall (docs/results/compaction.md).
-    CHECK((row.is_good || (row.name == "grain_imbalance" && row.value < 3e-3)));
+    CHECK(row.is_good);
   }
   CHECK(report.n_contact_points >= 7);
   strongest(state.pairs).reaction.setZero();

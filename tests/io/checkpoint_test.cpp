@@ -29,7 +29,7 @@ template <class Law>
 void expect_same_future(Law law) {
   const TemporaryFolder folder;
   auto straight = two_disks(law);
-  while (!(straight.step.pairs.size() > 0 && straight.pressure() > 0)) straight.advance();
+  while (!(straight.step.contacts.pairs.size() > 0 && straight.pressure() > 0)) straight.advance();
   write_checkpoint(folder / "a.jpk", stored_state(straight));
   auto resumed = restored_compaction<Packing>(std::get<StoredState<2>>(read_checkpoint(folder / "a.jpk")),
                                               law, CompactionOptions{}, SoftStepOptions{});
@@ -75,10 +75,10 @@ TEST_CASE("a checkpoint keeps all of a state") {
   CHECK(read.grains[1].position == compaction.packing.grains[1].position);
   CHECK(read.grains[1].velocity_before == compaction.velocity_before[1]);
   CHECK(read.grains[0].rotation == compaction.packing.grains[0].rotation);
-  REQUIRE(read.pairs.size() == compaction.step.pairs.size());
-  REQUIRE(read.walls.size() == compaction.step.walls.size());
+  REQUIRE(read.pairs.size() == compaction.step.contacts.pairs.size());
+  REQUIRE(read.walls.size() == compaction.step.contacts.walls.size());
   for (Index c = 0; c < read.pairs.size(); ++c)
-    CHECK(read.pairs[c].reaction == compaction.step.pairs.reaction[c]);
+    CHECK(read.pairs[c].reaction == compaction.step.contacts.pairs.reaction[c]);
   CHECK(std::filesystem::exists(folder / "a.jpk.part") == false);
 }
 

@@ -27,23 +27,4 @@ ContactNetwork<Dim> contact_network(const Balls<Dim>& balls, double volume,
   return network;
 }
 
-/// Largest |sum of forces| / sum of |forces| over the balls not marked in `is_rattler`.
-template <int Dim>
-double grain_imbalance(const ContactNetwork<Dim>& network, const Array<char>& is_rattler) {
-  Array<Vector<Dim>> sum(network.n_grains(), Vector<Dim>::Zero());
-  Array<double> sum_of_norms(network.n_grains(), 0.0);
-  for (const auto& contact : network.contacts) {
-    sum[contact.candidate] += contact.force;
-    sum_of_norms[contact.candidate] += contact.force.norm();
-    if (contact.at_wall()) continue;
-    sum[contact.antagonist] -= contact.force;
-    sum_of_norms[contact.antagonist] += contact.force.norm();
-  }
-  double imbalance = 0.0;
-  for (Index i = 0; i < network.n_grains(); ++i)
-    if (!is_rattler[i] && sum_of_norms[i] > 0)
-      imbalance = std::max(imbalance, sum[i].norm() / sum_of_norms[i]);
-  return imbalance;
-}
-
 }  // namespace jampack

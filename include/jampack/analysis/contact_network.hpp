@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <jampack/core/array.hpp>
 #include <jampack/core/dimension.hpp>
@@ -60,6 +61,24 @@ double mean_diameter(const ContactNetwork<Dim>& network) {
   double sum = 0;
   for (const double d : network.diameters) sum += d;
   return sum / static_cast<double>(network.n_grains());
+}
+
+/// Largest |sum of forces| / sum of |forces| over the grains not marked in `is_loose`.
+template <int Dim>
+double grain_imbalance(const ContactNetwork<Dim>& network, const Array<char>& is_loose) {
+  Array<Vector<Dim>> sum(network.n_grains(), Vector<Dim>::Zero());
+  Array<double> sum_of_norms(network.n_grains(), 0.0);
+  for (const auto& contact : network.contacts) {
+    sum[contact.candidate] += contact.force;
+    sum_of_norms[contact.candidate] += contact.force.norm();
+    if (contact.at_wall()) continue;
+    sum[contact.antagonist] -= contact.force;
+    sum_of_norms[contact.antagonist] += contact.force.norm();
+  }
+  double imbalance = 0.0;
+  for (Index i = 0; i < network.n_grains(); ++i)
+    if (!is_loose[i] && sum_of_norms[i] > 0) imbalance = std::max(imbalance, sum[i].norm() / sum_of_norms[i]);
+  return imbalance;
 }
 
 }  // namespace jampack

@@ -34,6 +34,20 @@ double contact_threshold(const ContactNetwork<Dim>& network) {
   return 1e-4 * std::max(0.0, granular_pressure(network)) * std::pow(mean_diameter(network), Dim - 1);
 }
 
+/// Largest |sum of forces| / sum of |forces| over the grains whose forces together count as a contact.
+template <int Dim>
+double grain_imbalance(const ContactNetwork<Dim>& network) {
+  Array<double> sum_of_norms(network.n_grains(), 0.0);
+  for (const auto& contact : network.contacts) {
+    sum_of_norms[contact.candidate] += contact.force.norm();
+    if (!contact.at_wall()) sum_of_norms[contact.antagonist] += contact.force.norm();
+  }
+  const double counts = contact_threshold(network);
+  Array<char> is_loose;
+  for (const double sum : sum_of_norms) is_loose.push_back(sum <= counts);
+  return grain_imbalance(network, is_loose);
+}
+
 /// Mean contact stress sigma_l = <f . branch> / <d>^D over the contacts between grains that carry more than
 /// `threshold`; 0 when there is none.
 template <int Dim>

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cstdint>
 #include <jampack/core/array.hpp>
 #include <jampack/core/dimension.hpp>
-#include <memory>
 #include <set>
 
 namespace jampack {
@@ -63,69 +61,6 @@ struct BlockMatrix {
       Eigen::Map<Vector<Dim>>(y + Dim * i) += sum;
     }
   }
-};
-
-/// Sparse Cholesky factorisation of a symmetric BlockMatrix; the ordering is found once for a pattern.
-template <int Dim>
-class BlockCholesky {
- public:
-  /// Finds the ordering and the map from blocks to the scalar lower triangle.
-  void analyse(const BlockPattern& pattern) {
-    using Triplet = Eigen::Triplet<double, int>;
-    std::vector<Triplet> entries;
-    for (int i = 0; i < pattern.n_rows(); ++i)
-      for (Index k = pattern.row_start[i]; k < pattern.row_start[i + 1]; ++k)
-        for (int r = 0; r < Dim; ++r)
-          for (int c = 0; c < Dim; ++c)
-            if (Dim * i + r >= Dim * pattern.column[k] + c)
-              entries.emplace_back(Dim * i + r, Dim * pattern.column[k] + c,
-                                   static_cast<double>(k * Dim * Dim + c * Dim + r));
-    const auto n = Dim * pattern.n_rows();
-    lower_.resize(n, n);
-    lower_.setFromTriplets(entries.begin(), entries.end());
-    source_.clear();
-    for (Index k = 0; k < lower_.nonZeros(); ++k) source_.push_back(Index(lower_.valuePtr()[k]));
-    factor_->analyzePattern(lower_);
-  }
-
-  /// Factorises; false when the matrix is not positive definite (nothing usable is left then).
-  bool factorise(const BlockMatrix<Dim>& matrix) {
-    const double* values = matrix.block.data()->data();
-    for (Index k = 0; k < source_.size(); ++k) lower_.valuePtr()[k] = values[source_[k]];
-    factor_->factorize(lower_);
-    return factor_->info() == Eigen::Success;
-  }
-
-  template <class RightHandSide>
-  auto solve(const RightHandSide& b) const {
-    return factor_->solve(b);
-  }
-
-  /// With the matrix P^T L L^T P: b becomes L^-1 P b. One row of b a degree of freedom, so that all its
-  /// columns are worked on at once.
-  void forward(Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>& b) const {
-    b = factor_->permutationP() * b;
-    const auto& lower = factor_->matrixL().nestedExpression();
-    const auto* start = lower.outerIndexPtr();
-    const auto* row = lower.innerIndexPtr();
-    const double* value = lower.valuePtr();
-    for (Eigen::Index j = 0; j < lower.cols(); ++j) {
-      auto pivot = b.row(j);
-      pivot /= value[start[j]];
-      for (auto k = start[j] + 1; k < start[j + 1]; ++k) b.row(row[k]).noalias() -= value[k] * pivot;
-    }
-  }
-  /// y becomes P^T L^-T y.
-  void backward(Eigen::VectorXd& y) const {
-    factor_->matrixU().solveInPlace(y);
-    y = factor_->permutationPinv() * y;
-  }
-
- private:
-  Eigen::SparseMatrix<double> lower_;
-  Array<Index> source_;
-  using Factor = Eigen::SimplicialLLT<Eigen::SparseMatrix<double>>;
-  std::unique_ptr<Factor> factor_ = std::make_unique<Factor>();  // Eigen's cannot be moved
 };
 
 }  // namespace jampack

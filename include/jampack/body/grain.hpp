@@ -47,6 +47,13 @@ struct Grain {
     return local;
   }
 
+  /// Elastic energy at positions x; +infinity when a cell is inverted.
+  double energy(const Model& model, const Nodal& x) const {
+    double sum = 0;
+    for (const auto& cell : cells) sum += Element::energy(cell, model.material, gather(cell, x));
+    return sum;
+  }
+
   /// Internal forces f = dE/dx at positions x; false when a cell is inverted.
   bool internal_force(const Model& model, const Nodal& x, Nodal& force) const {
     force.setZero(Dim, x.cols());

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <jampack/body/block_matrix.hpp>
+#include <jampack/body/cholesky_structure.hpp>
 #include <jampack/element/element.hpp>
 #include <jampack/mesh/boundary_surface.hpp>
+#include <memory>
 
 namespace jampack {
 
 /// What all deformable grains cut from one reference mesh share: mesh and boundary (unit diameter),
-/// material and sparsity.
+/// material, sparsity and the order of elimination.
 template <int Dim, class ElementType, class MaterialType>
 struct GrainModel {
   using Element = ElementType;
@@ -19,6 +20,7 @@ struct GrainModel {
   Material material;
   Boundary<Dim> boundary;
   BlockPattern pattern;
+  std::shared_ptr<const CholeskyStructure> cholesky;                             ///< of `pattern`
   Array<std::array<std::int32_t, Element::n_nodes * Element::n_nodes>> scatter;  ///< cell block -> pattern
 
   GrainModel(Mesh<Dim> reference, Material m) : mesh(std::move(reference)), material(m) {
@@ -30,6 +32,7 @@ struct GrainModel {
     for (const auto& face : mesh.faces)
       groups.emplace_back(face.node.begin(), face.node.begin() + face.n_nodes);
     pattern = block_pattern(mesh.nodes.size(), groups);
+    cholesky = std::make_shared<const CholeskyStructure>(pattern);
     for (const auto& cell : cells) {
       auto& map = scatter.emplace_back();
       for (std::size_t i = 0; i < Element::n_nodes; ++i)

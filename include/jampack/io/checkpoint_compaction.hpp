@@ -53,8 +53,8 @@ StoredState<Packing::dimension> stored_state(const Compaction<Packing, Law, Solv
       stored.back().reaction.head(set.reaction[c].size()) = set.reaction[c];
     }
   };
-  keep(compaction.step.pairs, state.pairs);
-  keep(compaction.step.walls, state.walls);
+  keep(compaction.step.contacts.pairs, state.pairs);
+  keep(compaction.step.contacts.walls, state.walls);
   state.progress = {compaction.n_steps,
                     compaction.n_iterations,
                     compaction.n_linear_iterations,
@@ -131,8 +131,8 @@ Compaction<Packing, Law, Solver> restored_compaction(const StoredState<Packing::
       reaction = from.reaction.head(reaction.size());
     }
   };
-  take(state.pairs, compaction.step.pairs);
-  take(state.walls, compaction.step.walls);
+  take(state.pairs, compaction.step.contacts.pairs);
+  take(state.walls, compaction.step.contacts.walls);
   const auto& at = state.progress;
   compaction.n_steps = Index(at.n_steps);
   compaction.n_iterations = Index(at.n_iterations);

@@ -10,13 +10,15 @@ namespace jampack {
 
 /// How fast and in which steps a packing is pressed.
 struct CompactionOptions {
-  double inertial_number = 1e-3;  ///< I = v0 sqrt(rho / E) with v0 the speed of each wall
-  double kinetic_ratio = 1e-5;   ///< bound on rho v0^2 / P: over a strain step it is the imbalance of a grain
-  double least_pressure = 1e-2;  ///< P / E that the bound reckons with where there is less
-  double first_strain = 1e-3;    ///< first volumetric strain step, -d ln V
-  double max_strain = 0.01;      ///< largest step
-  double min_strain = 1e-7;      ///< below this the compaction is given up
-  int easy_iterations = 30;      ///< a step that needed no more may be followed by a larger one
+  double kinetic_ratio = 1e-4;    ///< rho v0^2 / P, with v0 the speed of each wall
+  double least_pressure = 1e-3;   ///< P / E that it reckons with where there is less
+  double inertial_number = 1e-2;  ///< bound on I = v0 sqrt(rho / E)
+  double first_strain = 1e-3;     ///< first volumetric strain step, -d ln V
+  double max_strain = 0.01;       ///< largest step
+  double min_strain = 1e-7;       ///< below this the compaction is given up
+  int easy_iterations = 30;       ///< a step that needed no more may be followed by a larger one
+  double settled = 5e-4;          ///< imbalance of a grain, |sum F| / sum |F|, at which it has settled
+  Index max_settling_steps = 60;  ///< before a packing is said not to settle
 };
 
 /// Presses a packing by homothetic closing of its room at constant wall speed, in adaptive implicit steps:
@@ -56,7 +58,7 @@ class Compaction {
   }
   double packing_fraction() const { return solid_volume() / packing.room.volume(); }
   ContactNetwork<Dim> network() const {
-    return contact_network<Packing, Dim>(packing, step.pairs, step.walls);
+    return contact_network<Packing, Dim>(packing, step.contacts.pairs, step.contacts.walls);
   }
   double pressure() const { return granular_pressure(network()); }
 
@@ -78,38 +80,88 @@ class Compaction {
 
   /// A step of exactly this strain; false when it did not converge.
   bool try_step(double size) {
-    const double shrink = std::exp(-size / Dim);
-    auto& room = packing.room;
-    double distance = 0;
-    for (const double d : room.distance) distance += d / double(room.n_walls());
-    const double young = packing.model->material.young;
-    const double pressure = std::max(last_pressure / young, options.least_pressure);
-    // At high pressure the walls may run faster: inertia stays as small beside P, and steadies the step.
-    const double number =
-        std::min(std::sqrt(options.kinetic_ratio * pressure),
-                 std::max(options.inertial_number, std::sqrt(1e-2 * options.kinetic_ratio * pressure)));
-    const double speed = number * std::sqrt(young / packing.model->material.density);
-    const double h = (1 - shrink) * room.scale * distance / speed;
+    start_flow();
+    if (!step_to(std::exp(-size / Dim) * packing.room.scale, duration(size))) return false;
+    if (report.iterations <= options.easy_iterations)
+      strain =
+          std::max(strain, std::min((report.iterations <= options.easy_iterations / 2 ? 2.0 : 1.3) * size,
+                                    options.max_strain));
+    return true;
+  }
+
+  /// Holds the walls until the grains balance: steps from rest, ever longer, so that inertia fades. False
+  /// when that did not succeed; the packing is then as after the last step that converged.
+  bool settle() {
+    double h = duration(options.max_strain);
+    for (Index k = 0; k < options.max_settling_steps; ++k) {
+      if (grain_imbalance(network()) <= options.settled) return true;
+      for (auto& grain : packing.grains) grain.velocity.setZero();
+      if (!step_to(packing.room.scale, h)) {
+        ++n_failed;
+        h /= 5;
+      } else if (report.iterations <= options.easy_iterations / 2) {
+        h *= 4;
+      } else if (report.iterations <= options.easy_iterations) {
+        h *= 2;
+      }
+    }
+    return grain_imbalance(network()) <= options.settled;
+  }
+
+  /// One step of duration h in which the room's scale goes to `scale`, and what is kept of it; false, with
+  /// the packing as it was, when it did not converge.
+  bool step_to(double scale, double h) {
     Array<typename Packing::Nodal> position, velocity;
     for (const auto& grain : packing.grains) {
       position.push_back(grain.position);
       velocity.push_back(grain.velocity);
     }
-    const auto attempt = step.advance(packing, h, shrink * room.scale);
-    n_iterations += attempt.iterations;
-    n_linear_iterations += attempt.linear_iterations;
-    report = attempt;
-    if (!attempt.converged) return false;
+    report = step.advance(packing, h, scale);
+    n_iterations += report.iterations;
+    n_linear_iterations += report.linear_iterations;
+    if (!report.converged) return false;
     ++n_steps;
     last_duration = h;
     position_before = std::move(position);
     velocity_before = std::move(velocity);
-    last_pressure = std::max(0.0, this->pressure());
-    if (attempt.iterations <= options.easy_iterations)
-      strain =
-          std::max(strain, std::min((attempt.iterations <= options.easy_iterations / 2 ? 2.0 : 1.3) * size,
-                                    options.max_strain));
+    last_pressure = std::max(0.0, pressure());
     return true;
+  }
+
+  /// Of the walls from the centre, at scale 1.
+  double mean_wall_distance() const {
+    double sum = 0;
+    for (const double d : packing.room.distance) sum += d;
+    return sum / double(packing.room.n_walls());
+  }
+
+ private:
+  /// Of a step of volumetric strain `size`.
+  double duration(double size) const {
+    return (1 - std::exp(-size / Dim)) * packing.room.scale * mean_wall_distance() / wall_speed();
+  }
+  double wall_speed() const {
+    const double young = packing.model->material.young;
+    const double pressure = std::max(last_pressure / young, options.least_pressure);
+    return std::min(options.inertial_number, std::sqrt(options.kinetic_ratio * pressure)) *
+           std::sqrt(young / packing.model->material.density);
+  }
+
+  /// Gives grains that were at rest the flow that goes with the closing walls.
+  void start_flow() {
+    const Vector<Dim>& origin = packing.room.centre;
+    double flow = 0, size = 0;
+    for (const auto& grain : packing.grains) {
+      const Vector<Dim> r = grain.centre() - origin;
+      flow += r.dot(grain.velocity.rowwise().mean());
+      size += r.squaredNorm();
+    }
+    const double rate = -wall_speed() / (packing.room.scale * mean_wall_distance());
+    if (flow < 0.5 * rate * size) return;
+    for (auto& grain : packing.grains) {
+      const Vector<Dim> missing = (rate - flow / std::max(size, 1e-300)) * (grain.centre() - origin);
+      grain.velocity.colwise() += missing;
+    }
   }
 };
 

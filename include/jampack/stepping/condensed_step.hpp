@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <jampack/body/block_cholesky.hpp>
 #include <jampack/body/soft_packing.hpp>
 #include <jampack/core/parallel.hpp>
 #include <jampack/detection/surface_contact.hpp>
@@ -23,11 +24,10 @@ class CondensedStep {
   using Nodal = typename Packing::Nodal;
   using Problem = ContactProblem<GrainComplianceDelassus<N>, Law>;
 
-  /// One contact of the problem: its displacement in the step at x and what carries it.
+  /// One contact of the problem and its displacement in the step at x.
   struct Entry {
     const SurfaceContact<Dim>* contact;
     Vector<Dim> displacement;  ///< global axes
-    double friction;
   };
 
   Threads threads;
@@ -36,7 +36,7 @@ class CondensedStep {
   void factorise(const Packing& packing, const Array<BlockMatrix<Dim>>& tangent) {
     if (factor_.size() != tangent.size()) {
       factor_.clear();
-      for (Index g = 0; g < tangent.size(); ++g) factor_.emplace_back().analyse(packing.model->pattern);
+      for (Index g = 0; g < tangent.size(); ++g) factor_.emplace_back().analyse(packing.model->cholesky);
     }
     parallel_for(threads, tangent.size(), [&](Index g) {
       if (!factor_[g].factorise(tangent[g]))

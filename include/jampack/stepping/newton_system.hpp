@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <jampack/body/block_cholesky.hpp>
 #include <jampack/body/soft_packing.hpp>
 #include <jampack/core/parallel.hpp>
 #include <jampack/detection/surface_contact.hpp>
@@ -9,9 +10,9 @@ namespace jampack {
 
 /// The linear system of one Newton iteration on a packing (docs/theory/deformable_stage.md, eq. 9):
 ///   A = T + sum_c H_c^T G_c H_c,   T = theta K + M / (theta h^2) grain by grain,
-/// with G_c the (unsymmetric, where friction slips) derivative of the contact force. The preconditioner is
-/// one Cholesky factor a grain, of T with the grain's own contact stiffness, after a coarse solve on the
-/// grains' affine motions.
+/// with G_c the derivative of the contact force, unsymmetric where friction slips, or its symmetric part with
+/// the friction bounds held. The preconditioner, symmetric and positive definite, adds a coarse solve on the
+/// grains' affine motions to one Cholesky factor a grain, of T with the grain's own contact stiffness.
 template <class Packing>
 class NewtonSystem {
  public:
@@ -32,17 +33,18 @@ class NewtonSystem {
   };
 
   Threads threads;
-  Array<BlockMatrix<Dim>> tangent;  ///< T of each grain
+  bool symmetric = false;  ///< apply() takes the definite stand-ins of contact stiffness
   Array<Coupling> couplings;
 
-  void resize(const Packing& packing) {
+  /// Of this packing, with T of each grain. What it is given is read whenever it works.
+  void begin(const Packing& packing, const Array<BlockMatrix<Dim>>& tangent) {
     packing_ = &packing;
+    tangent_ = &tangent;
     n_ = Dim * packing.n_nodes();
-    tangent.resize(packing.grains.size());
     if (factor_.size() != packing.grains.size()) {
       factor_.clear();
       for (Index g = 0; g < packing.grains.size(); ++g)
-        factor_.emplace_back().analyse(packing.model->pattern);
+        factor_.emplace_back().analyse(packing.model->cholesky);
     }
     own_.resize(packing.grains.size());
   }
@@ -78,23 +80,25 @@ class NewtonSystem {
   }
 
   /// Factorises every grain with its own contacts. Where the sum is not positive definite (a grain near a
-  /// geometric instability) a growing multiple of its mass is added: that changes the preconditioner only.
-  void factorise() {
+  /// geometric instability) `stand_in(g, t)` writes a positive semi-definite T to take instead: that changes
+  /// the preconditioner only.
+  template <class StandIn>
+  void factorise(StandIn stand_in) {
     const auto& pattern = packing_->model->pattern;
     parallel_for(threads, packing_->grains.size(), [&](Index g) {
       auto& own = own_[g];
-      own = tangent[g];
+      own = (*tangent_)[g];
       for (const auto& [c, side] : sides_[g]) add_own_stiffness(pattern, couplings[c], side, own);
-      double mean_diagonal = 0;
-      for (Index i = 0; i < pattern.n_rows(); ++i) mean_diagonal += own.block[pattern.position(i, i)].trace();
-      mean_diagonal /= double(n_);
-      for (double shift = 1e-3; !factor_[g].factorise(own); shift *= 4)
-        for (Index i = 0; i < pattern.n_rows(); ++i)
-          own.block[pattern.position(i, i)].diagonal().array() += shift * mean_diagonal;
+      if (factor_[g].factorise(own)) return;
+      stand_in(g, own);
+      for (const auto& [c, side] : sides_[g]) add_own_stiffness(pattern, couplings[c], side, own);
+      if (!factor_[g].factorise(own))
+        throw NotConverged("the tangent of grain " + std::to_string(g) + " is not finite");
     });
   }
 
-  /// The coarse operator on the affine motions of all grains, about the positions given.
+  /// The coarse operator on the affine motions of all grains, about the positions given; raised by a multiple
+  /// of the identity where it is not positive definite.
   void coarsen(const Array<Nodal>& positions) {
     const Index n_grains = packing_->grains.size();
     const auto& pattern = packing_->model->pattern;
@@ -115,7 +119,7 @@ class NewtonSystem {
         }
       Eigen::MatrixXd product = Eigen::MatrixXd::Zero(n_, n_modes);
       for (int m = 0; m < n_modes; ++m)
-        tangent[g].add_product(pattern, z.col(m).data(), product.col(m).data());
+        (*tangent_)[g].add_product(pattern, z.col(m).data(), product.col(m).data());
       own[g] = z.transpose() * product;
     });
     for (Index g = 0; g < n_grains; ++g) coarse.block<n_modes, n_modes>(n_modes * g, n_modes * g) = own[g];
@@ -131,9 +135,11 @@ class NewtonSystem {
         for (std::size_t t = 0; t < 2; ++t)
           if (c.body[s] >= 0 && c.body[t] >= 0)
             coarse.block<n_modes, n_modes>(n_modes * c.body[s], n_modes * c.body[t]) +=
-                row[s].transpose() * (c.stiffness * row[t]);
+                row[s].transpose() * (c.definite * row[t]);
     }
-    coarse_.compute(coarse);
+    const double mean = coarse.diagonal().cwiseAbs().mean();
+    for (double shift = 1e-3; coarse_.compute(coarse).info() != Eigen::Success; shift *= 4)
+      coarse.diagonal().array() += shift * mean;
   }
 
   /// y = A x.
@@ -141,7 +147,7 @@ class NewtonSystem {
     y.setZero(x.size());
     const auto& pattern = packing_->model->pattern;
     parallel_for(threads, packing_->grains.size(),
-                 [&](Index g) { tangent[g].add_product(pattern, x.data() + n_ * g, y.data() + n_ * g); });
+                 [&](Index g) { (*tangent_)[g].add_product(pattern, x.data() + n_ * g, y.data() + n_ * g); });
     // Pulls first, one a coupling; then every grain gathers its own: no two threads write to one place.
     constexpr Index chunk = 256;
     parallel_for(threads, (couplings.size() + chunk - 1) / chunk, [&](Index k) {
@@ -153,7 +159,7 @@ class NewtonSystem {
           for (std::size_t i = 0; i < std::size_t(coupling.n_nodes[s]); ++i)
             relative += coupling.weight[s][i] *
                         x.template segment<Dim>(n_ * coupling.body[s] + Dim * coupling.node[s][i]);
-        pull_[c].noalias() = coupling.stiffness * relative;
+        pull_[c].noalias() = (symmetric ? coupling.definite : coupling.stiffness) * relative;
       }
     });
     parallel_for(threads, packing_->grains.size(), [&](Index g) {
@@ -167,7 +173,7 @@ class NewtonSystem {
     });
   }
 
-  /// z close to A^-1 r: coarse affine motions first, then grain by grain on what they leave.
+  /// z close to A^-1 r: the coarse solution and those grain by grain, added.
   void precondition(const Eigen::VectorXd& r, Eigen::VectorXd& z) const {
     const Index n_grains = packing_->grains.size();
     Eigen::VectorXd coarse(n_modes * n_grains);
@@ -177,11 +183,8 @@ class NewtonSystem {
     z.resize(r.size());
     for (Index g = 0; g < n_grains; ++g)
       z.segment(n_ * g, n_).noalias() = modes_[g] * coarse.segment<n_modes>(n_modes * g);
-    Eigen::VectorXd rest(r.size());
-    apply(z, rest);
-    rest = r - rest;
     parallel_for(threads, n_grains,
-                 [&](Index g) { z.segment(n_ * g, n_) += factor_[g].solve(rest.segment(n_ * g, n_)); });
+                 [&](Index g) { z.segment(n_ * g, n_) += factor_[g].solve(r.segment(n_ * g, n_)); });
   }
 
  private:
@@ -195,11 +198,12 @@ class NewtonSystem {
   }
 
   const Packing* packing_ = nullptr;
+  const Array<BlockMatrix<Dim>>* tangent_ = nullptr;
   Index n_ = 0;  ///< dofs of one grain
   Array<BlockMatrix<Dim>> own_;
   Array<BlockCholesky<Dim>> factor_;
   Array<Eigen::Matrix<double, Eigen::Dynamic, n_modes>> modes_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> coarse_;
+  Eigen::LLT<Eigen::MatrixXd> coarse_;
   Array<Array<std::pair<Index, int>>> sides_;
   mutable Array<Vector<Dim>> pull_;
 };

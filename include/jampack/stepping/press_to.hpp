@@ -28,8 +28,7 @@ void press_to(Compaction<Packing, Law, Solver>& run, const PressOptions& options
           "press_to: needs an accuracy in (0, 1), a positive first strain and a positive inertia");
   auto& packing = run.packing;
   auto& step = run.step;
-  double distance = 0;
-  for (const double d : packing.room.distance) distance += d / double(packing.room.n_walls());
+  const double distance = run.mean_wall_distance();
   const double density = packing.model->material.density;
 
   // One step of this volumetric strain (0: none, the walls hold), from the affine flow that goes with it.
@@ -39,34 +38,20 @@ void press_to(Compaction<Packing, Law, Solver>& run, const PressOptions& options
     // rho (dL / h)^2 over the strain is the stress that stopping the whole flow in this step would take.
     const double slow = std::max(strain, 0.01 * options.first_strain);
     const double h = length * std::sqrt(density * slow / (options.inertia * options.stress)) / Dim;
-    Array<typename Packing::Nodal> position, velocity;
     for (auto& grain : packing.grains) {
       const Vector<Dim> flow = (shrink - 1) / h * (grain.centre() - packing.room.centre);
       grain.velocity.colwise() = flow;
-      position.push_back(grain.position);
-      velocity.push_back(grain.velocity);
     }
-    run.report = step.advance(packing, h, shrink * packing.room.scale);
-    run.n_iterations += run.report.iterations;
-    run.n_linear_iterations += run.report.linear_iterations;
-    if (run.report.converged) {
-      ++run.n_steps;
-      run.last_duration = h;
-      run.position_before = std::move(position);
-      run.velocity_before = std::move(velocity);
-      run.last_pressure = std::max(0.0, run.pressure());
-    } else {
-      ++run.n_failed;
-    }
-    return run.report.converged;
+    const bool converged = run.step_to(shrink * packing.room.scale, h);
+    if (!converged) ++run.n_failed;
+    return converged;
   };
 
   const double least = (1 - options.accuracy) * options.stress;
   const double most = (1 + options.accuracy) * options.stress;
   double strain = options.first_strain, pressure = std::max(0.0, run.pressure());
   for (Index n = 0; n < options.max_steps; ++n) {
-    const auto saved_pairs = step.pairs;
-    const auto saved_walls = step.walls;
+    const auto saved = step.contacts;
     const double scale = packing.room.scale;
 
     const bool hold = pressure >= least;
@@ -87,8 +72,7 @@ void press_to(Compaction<Packing, Law, Solver>& run, const PressOptions& options
     }
     if (converged) {
       for (Index g = 0; g < packing.grains.size(); ++g) packing.grains[g].position = run.position_before[g];
-      step.pairs = saved_pairs;
-      step.walls = saved_walls;
+      step.contacts = saved;
       packing.room.scale = scale;
     }
     strain *= reached > 4 * options.stress ? 0.25 : 0.5;

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <jampack/core/parallel.hpp>
+#include <jampack/geometry/frame.hpp>
+#include <jampack/law/signorini.hpp>
+#include <jampack/problem/residual.hpp>
+#include <jampack/stepping/augmented_force.hpp>
+#include <jampack/stepping/watched_contacts.hpp>
+
+namespace jampack {
+
+/// Balance of momentum over one step under contact forces by the augmented Lagrangian
+/// (docs/theory/deformable_stage.md, eq. 6 to 8 and 11): residuals, and the potential that they derive from.
+template <class Packing, ContactLaw Law>
+class AugmentedBalance {
+ public:
+  static constexpr int Dim = Packing::dimension;
+  static constexpr int N = n_contact_unknowns<Law, Dim>;
+  using Nodal = typename Packing::Nodal;
+  using Contacts = WatchedContacts<Packing, Law>;
+
+  Law law;
+  Threads threads;
+  double theta = 1;
+  double least_force = 0;  ///< forces are measured against no less
+  double penalty = 0;      ///< in units of contact_stiffness(); 0: the multipliers themselves are the forces
+
+  Array<Nodal> x;      ///< positions at the end of the step
+  Array<Nodal> force;  ///< internal, at x
+  Array<BlockMatrix<Dim>> tangent;
+
+  Array<ContactVector<N>> pair_force;  ///< contact forces at x
+  Array<ContactVector<1>> wall_force;
+  Array<Nodal> residual;        ///< of the balance of momentum, as forces
+  double residual_norm = 0;     ///< its norm
+  double force_scale = 0;       ///< norm of the nodal contact forces
+  double contact_residual = 0;  ///< scaled residual of the contact law
+  double round_off = 0;         ///< what residual_norm cannot fall below
+
+  /// Starts a step of duration h from the packing's state, at a first guess for its end. False when no shape
+  /// without inverted cells is at hand.
+  bool begin(const Packing& packing, double h) {
+    h_ = h;
+    const Index n = packing.grains.size();
+    for (auto* nodal : {&x, &force, &residual, &old_force_, &contact_nodal_}) nodal->resize(n);
+    tangent.resize(n);
+    for (Index g = 0; g < n; ++g) {
+      const auto& grain = packing.grains[g];
+      // What flies far in the step is not expected to get there.
+      const double flight = h * std::sqrt(grain.velocity.colwise().squaredNorm().maxCoeff());
+      const double most = 0.02 * grain.diameter;
+      x[g] = grain.position + h * std::min(1.0, most / std::max(flight, most)) * grain.velocity;
+      if (theta < 1) grain.internal_force(*packing.model, grain.position, old_force_[g]);
+    }
+    if (linearise(packing)) return true;
+    for (Index g = 0; g < n; ++g) x[g] = packing.grains[g].position;
+    return linearise(packing);
+  }
+
+  /// Internal forces and tangents at x; false when a cell is inverted.
+  bool linearise(const Packing& packing) {
+    Array<char> good(packing.grains.size(), 1);
+    parallel_for(threads, packing.grains.size(), [&](Index g) {
+      good[g] = packing.grains[g].internal_force_and_tangent(*packing.model, x[g], force[g], tangent[g]);
+      add_inertia(packing, g, tangent[g]);
+    });
+    return std::all_of(good.begin(), good.end(), [](char ok) { return ok != 0; });
+  }
+
+  /// A positive definite stand-in for the tangent of one grain at x.
+  void definite_tangent(const Packing& packing, Index g, BlockMatrix<Dim>& definite) const {
+    Nodal unused;
+    packing.grains[g].internal_force_and_definite_tangent(*packing.model, x[g], unused, definite);
+    add_inertia(packing, g, definite);
+  }
+
+  /// Contact forces at x and what they leave of balance and contact law; writes the gaps of the contacts.
+  void evaluate(const Packing& packing, Contacts& contacts) {
+    double error = 0;
+    const auto visit = [&](auto& set, auto& trial, const auto& contact_law) {
+      constexpr int M = std::decay_t<decltype(trial[0])>::RowsAtCompileTime;
+      trial.resize(set.size());
+      for (Index c = 0; c < set.size(); ++c) {
+        auto& contact = set.contact[c];
+        const Vector<Dim> s = contacts.displacement(packing, contact, x);
+        contact.gap = contact.normal.dot(s);
+        const double k = contact_stiffness(packing, contact);
+        const AugmentedForce<Dim> augmented(set.force(c), s, contact.normal, contact_law.friction,
+                                            penalty * k);
+        if constexpr (M == 1)
+          trial[c][0] = augmented.open ? 0.0 : contact.normal.dot(augmented.force);
+        else
+          trial[c] = augmented.force;
+        const Eigen::Matrix<double, M, Dim> axes = contact_frame<Dim>(contact.normal).template topRows<M>();
+        error += natural_map<M>(contact_law, ContactVector<M>(axes * augmented.force),
+                                ContactVector<M>(axes * s), k)
+                     .squaredNorm();
+      }
+    };
+    visit(contacts.pairs, pair_force, law);
+    visit(contacts.walls, wall_force, Signorini{});
+    double size = 0;
+    for (const auto& r : pair_force) size += r.squaredNorm();
+    for (const auto& r : wall_force) size += r.squaredNorm();
+    contact_residual = std::sqrt(error) / std::max(std::sqrt(size), least_force);
+    balance(packing, contacts);
+  }
+
+  bool balanced(double tolerance) const {
+    return residual_norm <= tolerance * force_scale + round_off && contact_residual <= tolerance;
+  }
+  double equilibrium_residual() const { return residual_norm / force_scale; }
+
+  /// The forces become the multipliers.
+  void accept_forces(Contacts& contacts) const {
+    contacts.pairs.reaction = pair_force;
+    contacts.walls.reaction = wall_force;
+  }
+
+  /// Nodal force that the change of the multipliers to the present forces makes, its norm.
+  double update_norm(const Packing& packing, const Contacts& contacts) {
+    auto pair_change = pair_force;
+    auto wall_change = wall_force;
+    for (Index c = 0; c < pair_change.size(); ++c) pair_change[c] -= contacts.pairs.reaction[c];
+    for (Index c = 0; c < wall_change.size(); ++c) wall_change[c] -= contacts.walls.reaction[c];
+    return std::sqrt(gather(packing, contacts, pair_change, wall_change));
+  }
+
+  /// Holds the friction bounds of potential() at these forces.
+  void hold_bounds(const Contacts& contacts, const Array<ContactVector<N>>& of_pairs) {
+    bound_.assign(contacts.pairs.size(), 0.0);
+    if constexpr (N > 1)
+      for (Index c = 0; c < bound_.size(); ++c)
+        bound_[c] = law.friction * std::max(0.0, contacts.pairs.contact[c].normal.dot(of_pairs[c]));
+  }
+
+  /// What balance at the multipliers and friction bounds held minimises (eq. 11): its gradient is the
+  /// residual where the bounds are those of the present forces. +infinity where a cell is inverted.
+  double potential(const Packing& packing, const Contacts& contacts) const {
+    Array<double> of_grain(packing.grains.size());
+    parallel_for(threads, packing.grains.size(), [&](Index g) {
+      const auto& grain = packing.grains[g];
+      const Nodal dx = x[g] - grain.position - h_ * grain.velocity;
+      of_grain[g] = theta * grain.energy(*packing.model, x[g]) +
+                    0.5 / (theta * h_ * h_) * dx.colwise().squaredNorm().dot(grain.mass);
+      if (theta < 1) of_grain[g] += (1 - theta) * old_force_[g].cwiseProduct(x[g]).sum();
+    });
+    double sum = 0;
+    for (const double energy : of_grain) sum += energy;
+    const auto add = [&](const auto& set, Index c, double bound) {
+      const auto& contact = set.contact[c];
+      const double rho = penalty * contact_stiffness(packing, contact);
+      const Vector<Dim> trial = set.force(c) - rho * contacts.displacement(packing, contact, x);
+      const double along = contact.normal.dot(trial), pressing = std::max(0.0, along);
+      const double tangential = (trial - along * contact.normal).norm();
+      const double held = std::min(tangential, bound);
+      sum += (0.5 * pressing * pressing + held * (tangential - 0.5 * held)) / rho;
+    };
+    for (Index c = 0; c < contacts.pairs.size(); ++c) add(contacts.pairs, c, bound_[c]);
+    for (Index c = 0; c < contacts.walls.size(); ++c) add(contacts.walls, c, 0.0);
+    return sum;
+  }
+
+  /// What resists a force at one sample in a step: a surface layer one edge thick under the sample's area,
+  /// and the mass of a node. About N / tr W_cc, so that the contact residual measured with it is the scaled
+  /// one.
+  double contact_stiffness(const Packing& packing, const SurfaceContact<Dim>& contact) const {
+    const auto& boundary = packing.model->boundary;
+    const auto& grain = packing.grains[contact.candidate];
+    const double size = Dim == 2 ? 1.0 : grain.diameter;
+    const double layer = 8 * packing.model->material.young * boundary.node_area / boundary.edge_length * size;
+    return layer + grain.mass.mean() / (theta * h_ * h_);
+  }
+
+  /// Imbalance of one grain without contact forces.
+  Nodal imbalance(const Packing& packing, Index g) const {
+    const auto& grain = packing.grains[g];
+    const Nodal dv = ((x[g] - grain.position) / h_ - grain.velocity) / theta;
+    Nodal sum = dv * (grain.mass / h_).asDiagonal() + theta * force[g];
+    if (theta < 1) sum += (1 - theta) * old_force_[g];
+    return sum;
+  }
+
+ private:
+  /// theta K + M / (theta h^2) from K.
+  void add_inertia(const Packing& packing, Index g, BlockMatrix<Dim>& k) const {
+    const auto& pattern = packing.model->pattern;
+    if (theta != 1)
+      for (auto& block : k.block) block *= theta;
+    const double factor = 1 / (theta * h_ * h_);
+    for (Index i = 0; i < pattern.n_rows(); ++i)
+      k.block[pattern.position(i, i)].diagonal().array() += factor * packing.grains[g].mass[i];
+  }
+
+  /// Residual of the balance of momentum (eq. 6).
+  void balance(const Packing& packing, const Contacts& contacts) {
+    const double size = gather(packing, contacts, pair_force, wall_force);
+    double error = 0, inertia = 0;
+    for (Index g = 0; g < x.size(); ++g) {
+      inertia += x[g].colwise().squaredNorm().dot(packing.grains[g].mass.cwiseAbs2());
+      residual[g] = imbalance(packing, g) - contact_nodal_[g];
+      error += residual[g].squaredNorm();
+    }
+    residual_norm = std::sqrt(error);
+    round_off = std::numeric_limits<double>::epsilon() * std::sqrt(inertia) / (theta * h_ * h_);
+    force_scale = std::max(std::sqrt(size), least_force);
+  }
+
+  /// Nodal contact forces of these reactions; their squared norm.
+  double gather(const Packing& packing, const Contacts& contacts, const Array<ContactVector<N>>& of_pairs,
+                const Array<ContactVector<1>>& of_walls) {
+    for (auto& f : contact_nodal_) f.setZero(Dim, packing.n_nodes());
+    contacts.scatter(packing, of_pairs, of_walls, contact_nodal_);
+    double sum = 0;
+    for (const auto& f : contact_nodal_) sum += f.squaredNorm();
+    return sum;
+  }
+
+  double h_ = 0;
+  Array<Nodal> old_force_, contact_nodal_;
+  Array<double> bound_;
+};
+
+}  // namespace jampack
