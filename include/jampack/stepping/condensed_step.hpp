@@ -15,7 +15,7 @@ namespace jampack {
 /// One linearised step as a contact problem: the grains' tangents are condensed on the contacts,
 ///   s = W r + q,   W = H T^-1 H^T,   q = s(x) - H T^-1 R0,
 /// with s the displacements of the contacts in the step and R0 the imbalance without contact forces
-/// (docs/theory/deformable_stage.md, section 7). Any contact solver can solve it.
+/// (docs/theory/deformable_stage.md, section 6). Any contact solver can solve it.
 template <class Packing, ContactLaw Law>
 class CondensedStep {
  public:

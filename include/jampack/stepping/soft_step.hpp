@@ -2,6 +2,7 @@
 #pragma once
 
 #include <jampack/solver/anderson.hpp>
+#include <jampack/solver/gauss_seidel.hpp>
 #include <jampack/solver/gmres.hpp>
 #include <jampack/solver/proximal_newton.hpp>
 #include <jampack/solver/truncated_conjugate_gradients.hpp>
@@ -22,7 +23,8 @@ struct SoftStepOptions {
   double largest_penalty = 300;     ///< to which it grows while multipliers move
   double linear_tolerance = 0.05;   ///< of the inner linear solves, relative
   double newton_below = 1e-2;       ///< equilibrium residual below which the exact tangents are tried
-  double contact_tolerance = 1e-3;  ///< of condensed contact problems, on their scaled residual
+  double contact_tolerance = 1e-2;  ///< of condensed contact problems, on their scaled residual
+  Index sweep_above = 500;          ///< contacts; larger condensed problems are left to Gauss-Seidel sweeps
   double reach = 0.03;              ///< detection distance over the mean diameter
   double least_pressure = 1e-6;     ///< forces below this times Young's modulus and d^(Dim-1) are none
   Threads threads;
@@ -352,29 +354,33 @@ class SoftStep {
     Array<double> stiffness;
     for (const auto& entry : entries)
       stiffness.push_back(balance_.contact_stiffness(packing, *entry.contact));
-    // A factorisation costs more than in proportion to the contacts; a rough answer is worth less of them.
-    const Index most = std::clamp<Index>(20000 / std::max<Index>(1, entries.size()), 5, 60);
     const double target = std::clamp(0.03 * balance_.equilibrium_residual(), 0.2 * options.tolerance,
                                      options.contact_tolerance);
-    Solver solver;
-    solver.stop.max_sweeps = most;
-    solver.stop.tolerance = options.contact_tolerance;
     Index sweeps = 0;
-    Eigen::VectorXd u;
-    for (int k = 0; k < 5; ++k) {
-      const auto solved = solver.solve(problem, r);
-      sweeps += solved.sweeps;
-      contact_velocity(problem, r, u);
-      double left = 0;
-      for (Index c = 0; c < entries.size(); ++c)
-        left += natural_map<N>(problem.law[c], ContactVector<N>(r.template segment<N>(N * c)),
-                               ContactVector<N>(u.template segment<N>(N * c)), stiffness[c])
-                    .squaredNorm();
-      left = std::sqrt(left) / std::max(r.norm(), balance_.least_force);
-      if (left <= target || !solved.converged || sweeps >= most) break;
-      solver.stop.tolerance =
-          std::max(1e-14, std::min(0.1 * solver.stop.tolerance, 0.5 * solved.residual * target / left));
-    }
+    const auto solve_with = [&](auto solver, Index most) {
+      solver.stop.max_sweeps = most;
+      solver.stop.tolerance = options.contact_tolerance;
+      Eigen::VectorXd u;
+      for (int k = 0; k < 5; ++k) {
+        const auto solved = solver.solve(problem, r);
+        sweeps += solved.sweeps;
+        contact_velocity(problem, r, u);
+        double left = 0;
+        for (Index c = 0; c < entries.size(); ++c)
+          left += natural_map<N>(problem.law[c], ContactVector<N>(r.template segment<N>(N * c)),
+                                 ContactVector<N>(u.template segment<N>(N * c)), stiffness[c])
+                      .squaredNorm();
+        left = std::sqrt(left) / std::max(r.norm(), balance_.least_force);
+        if (left <= target || !solved.converged || sweeps >= most) return;
+        solver.stop.tolerance =
+            std::max(1e-14, std::min(0.1 * solver.stop.tolerance, 0.5 * solved.residual * target / left));
+      }
+    };
+    // Factorising a large problem costs more than its answer is worth so far from the solution.
+    if (entries.size() > options.sweep_above)
+      solve_with(GaussSeidel{}, 100);
+    else
+      solve_with(Solver{}, 60);
     return sweeps;
   }
 
