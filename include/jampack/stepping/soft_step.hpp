@@ -100,6 +100,7 @@ class SoftStep {
     contacts.find(packing, balance_.x, reach_, options.threads);
     balance_.evaluate(packing, contacts);
 
+    constexpr int most_patience = 4;     // condensed iterations in a row
     constexpr int frame_updates = 8;     // new frames whatever grains move ...
     const double frame_move = 1e-3 * d;  // ... and whenever they move by more
     int refreshed = 0, rounds = 0, wait = 0, patience = 2;
@@ -135,7 +136,7 @@ class SoftStep {
         if (!condensed_iteration(packing, report, new_frames)) return fail(report, "a cell is inverted");
       } else {
         mixing_.forget();
-        if (!newton_iteration(packing, report)) wait = patience = 2 * patience;
+        if (!newton_iteration(packing, report)) wait = patience = std::min(2 * patience, most_patience);
       }
     }
   }
@@ -279,23 +280,40 @@ class SoftStep {
       place(start, length, dx);
       const double now = balance_.potential(packing, contacts);
       if (!(now <= before + energy_round_off * std::abs(before))) continue;
-      // The tangents are not exact: what converges slowly for that is accelerated.
-      if (length == 1 && !new_frames) {
-        const Eigen::VectorXd step = mixing_.step(flat(start), dx);
-        place(start, 1, step);
-        if (longest(packing, step) < 1 || !(balance_.potential(packing, contacts) <= now)) {
-          place(start, 1, dx);
-          mixing_.forget();
-        }
-      } else {
-        mixing_.forget();
-      }
+      // The stand-ins are stiffer than the tangents: the move may be longer, or a combination of the last
+      // ones.
+      if (length == 1) accelerate(packing, start, dx, now, new_frames);
+      if (length < 1 || new_frames) mixing_.forget();
       balance_.linearise(packing);
       if (new_frames) contacts.refresh(packing, balance_.x, reach_, options.threads);
       balance_.evaluate(packing, contacts);
       return true;
     }
     return false;
+  }
+
+  /// Moves further than start + dx, where the potential is `now`, if it falls.
+  void accelerate(const Packing& packing, const Array<Nodal>& start, const Eigen::VectorXd& dx, double now,
+                  bool new_frames) {
+    const auto try_step = [&](double length, const Eigen::VectorXd& step) {
+      const auto here = balance_.x;
+      const double move = last_move_;
+      if (longest(packing, length * step) == 1) {
+        place(start, length, step);
+        if (const double there = balance_.potential(packing, contacts); there <= now) {
+          now = there;
+          return true;
+        }
+      }
+      balance_.x = here;
+      last_move_ = move;
+      return false;
+    };
+    if (new_frames) {
+      for (double length = 2; length <= 16 && try_step(length, dx);) length *= 2;
+    } else if (!try_step(1, mixing_.step(flat(start), dx))) {
+      mixing_.forget();
+    }
   }
 
   /// Solves the contact problem of the grains condensed on their contacts: its reactions become the
