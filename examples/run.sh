@@ -13,7 +13,7 @@ jobs=${JOBS:-$(nproc)}
 cmake -S . -B $build -DCMAKE_BUILD_TYPE=Release -DJAMPACK_BUILD_TESTS=OFF -DJAMPACK_BUILD_BENCH=OFF
 cmake --build $build --parallel "$jobs"
 $build/examples/compact_disks --grains 10 --cells 100 --until 0.90 --every 0.01 --threads "$jobs" --out $out/disks
-$build/examples/compact_spheres --grains 8 --cells 400 --until 0.54 --every 0.01 --threads "$jobs" --out $out/spheres
+$build/examples/compact_spheres --grains 20 --cells 808 --until 0.90 --every 0.02 --threads "$jobs" --out $out/spheres
 
 for folder in $out/disks $out/spheres; do
   echo "curve:    $PWD/$folder/curve.csv"
