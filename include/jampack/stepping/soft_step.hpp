@@ -89,6 +89,9 @@ class SoftStep {
     balance_.threads = system_.threads = condensed_.threads = options.threads;
     balance_.theta = options.theta;
     balance_.least_force = options.least_pressure * packing.model->material.young * std::pow(d, Dim - 1);
+    // Invariants of a cell that is hardly strained are differences of numbers near one.
+    potential_round_off_ =
+        1e-14 * packing.model->material.young * std::pow(d, Dim) * double(packing.grains.size());
     balance_.penalty = options.penalty;
     if (!balance_.begin(packing, h)) return fail(report, "a cell is inverted at the start of the step");
     system_.begin(packing, balance_.tangent);
@@ -133,7 +136,8 @@ class SoftStep {
         --wait;
         balance_.penalty = options.penalty;
         if (new_frames) ++refreshed;
-        if (!condensed_iteration(packing, report, new_frames)) return fail(report, "a cell is inverted");
+        if (!condensed_iteration(packing, report, new_frames))
+          return fail(report, "no part of a condensed move lowers the potential");
       } else {
         mixing_.forget();
         if (!newton_iteration(packing, report)) wait = patience = std::min(2 * patience, most_patience);
@@ -254,8 +258,7 @@ class SoftStep {
     bool found = false;
     for (; cuts < 8 && !found; ++cuts, length *= 0.5) {
       place(start, length, dx);
-      found = balance_.potential(packing, contacts) <=
-              before + 1e-4 * length * slope + energy_round_off * std::abs(before);
+      found = balance_.potential(packing, contacts) <= before + 1e-4 * length * slope + potential_round_off_;
     }
     if (linear.negative_curvature)
       radius_ =
@@ -267,7 +270,7 @@ class SoftStep {
   }
 
   /// The step that the condensed contact problem asks for, with its reactions as multipliers, as far as the
-  /// potential falls; false when every part of it inverts a cell.
+  /// potential falls; false when it falls nowhere along it.
   bool condensed_iteration(const Packing& packing, SoftStepReport& report, bool new_frames) {
     ++report.condensed;
     has_factor_ = false;
@@ -279,7 +282,7 @@ class SoftStep {
     for (double length = longest(packing, dx); length > 1e-3; length *= 0.5) {
       place(start, length, dx);
       const double now = balance_.potential(packing, contacts);
-      if (!(now <= before + energy_round_off * std::abs(before))) continue;
+      if (!(now <= before + potential_round_off_)) continue;
       // The stand-ins are stiffer than the tangents: the move may be longer, or a combination of the last
       // ones.
       if (length == 1) accelerate(packing, start, dx, now, new_frames);
@@ -425,13 +428,12 @@ class SoftStep {
       balance_.x[g] = start[g] + length * Eigen::Map<const Nodal>(dx.data() + n * g, Dim, start[g].cols());
   }
 
-  static constexpr double energy_round_off = 1e-14;  ///< relative
-
   AugmentedBalance<Packing, Law> balance_;
   NewtonSystem<Packing> system_;
   CondensedStep<Packing, Law> condensed_;
   Array<BlockMatrix<Dim>> definite_;
-  Anderson mixing_;       ///< of condensed iterations
+  Anderson mixing_;  ///< of condensed iterations
+  double potential_round_off_ = 0;
   double reach_ = 0;      ///< detection distance
   double radius_ = 0;     ///< of a move along negative curvature
   double last_move_ = 0;  ///< largest displacement of a node in the last iteration
