@@ -222,7 +222,8 @@ class CompactionProgram {
       while (phi_ < parameters_.until) {
         advance_to(run, std::min(phi_ + parameters_.every, parameters_.until));
         // Where it does not settle the record's grain_imbalance says so.
-        if (run.pressure() > settled_above * preparation_stress) run.settle();
+        if (run.pressure() > settled_above * preparation_stress)
+          run.settle([&](const Run& settling) { show(settling, settling.packing_fraction()); });
         record(run);
       }
     } catch (const NotConverged& error) {
@@ -236,6 +237,14 @@ class CompactionProgram {
     return 0;
   }
 
+  void show(const Run& run, double phi) {
+    progress_.show(phi, {{"phi", phi},
+                         {"P/E*", run.pressure() / modulus()},
+                         {"Z", coordination_},
+                         {"sweeps", double(run.report.sweeps)},
+                         {"residual", run.report.scaled_residual}});
+  }
+
   // Even steps, each at most as large as the run thinks wise, until phi is reached.
   void advance_to(Run& run, double target) {
     for (double phi = phi_; phi < target;) {
@@ -245,11 +254,7 @@ class CompactionProgram {
       const double wise = std::min(run.strain, run.options.max_strain);
       run.advance(std::max(strain, 1e-5) / std::ceil(strain / wise));
       phi = run.packing_fraction();
-      progress_.show(phi, {{"phi", phi},
-                           {"P/E*", run.pressure() / modulus()},
-                           {"Z", coordination_},
-                           {"sweeps", double(run.report.iterations)},
-                           {"residual", run.report.scaled_residual}});
+      show(run, phi);
     }
   }
 
@@ -267,7 +272,6 @@ class CompactionProgram {
     result["unknowns"] = run.packing.n_dofs();
     result["steps"] = run.n_steps;
     result["newton_iterations"] = run.n_iterations;
-    result["linear_iterations"] = run.n_linear_iterations;
     result["failed_steps"] = run.n_failed;
     result["seconds"] = seconds();
     draw_pictures(run);

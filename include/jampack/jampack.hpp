@@ -92,13 +92,13 @@
 #include <jampack/solver/contact_solver.hpp>
 #include <jampack/solver/default_solver.hpp>
 #include <jampack/solver/gauss_seidel.hpp>
-#include <jampack/solver/gmres.hpp>
+#include <jampack/solver/grain_newton_matrix.hpp>
 #include <jampack/solver/local_solver.hpp>
+#include <jampack/solver/newton_matrix.hpp>
 #include <jampack/solver/proximal_newton.hpp>
 #include <jampack/solver/regularised_problem.hpp>
 #include <jampack/solver/singular_block.hpp>
 #include <jampack/solver/slip_direction.hpp>
-#include <jampack/solver/truncated_conjugate_gradients.hpp>
 
 #include <jampack/stepping/augmented_balance.hpp>
 #include <jampack/stepping/augmented_force.hpp>
@@ -108,7 +108,6 @@
 #include <jampack/stepping/hertz_balance.hpp>
 #include <jampack/stepping/jam.hpp>
 #include <jampack/stepping/moreau_rigid.hpp>
-#include <jampack/stepping/newton_system.hpp>
 #include <jampack/stepping/press_to.hpp>
 #include <jampack/stepping/soft_step.hpp>
 #include <jampack/stepping/watched_contacts.hpp>

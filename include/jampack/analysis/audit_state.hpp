@@ -42,7 +42,7 @@ struct StoredContact {
 
 /// Where the driver of a compaction stands.
 struct StoredProgress {
-  std::int64_t n_steps = 0, n_iterations = 0, n_linear_iterations = 0, n_failed = 0;
+  std::int64_t n_steps = 0, n_iterations = 0, n_failed = 0;
   double strain = 0;         ///< size of the next step
   double last_duration = 0;  ///< h of the last accepted step; 0 before the first
   double last_pressure = 0;

@@ -63,21 +63,29 @@ double mean_diameter(const ContactNetwork<Dim>& network) {
   return sum / static_cast<double>(network.n_grains());
 }
 
+/// Sum of |forces| on each grain.
+template <int Dim>
+Array<double> force_sums(const ContactNetwork<Dim>& network) {
+  Array<double> sums(network.n_grains(), 0.0);
+  for (const auto& contact : network.contacts) {
+    sums[contact.candidate] += contact.force.norm();
+    if (!contact.at_wall()) sums[contact.antagonist] += contact.force.norm();
+  }
+  return sums;
+}
+
 /// Largest |sum of forces| / sum of |forces| over the grains not marked in `is_loose`.
 template <int Dim>
 double grain_imbalance(const ContactNetwork<Dim>& network, const Array<char>& is_loose) {
-  Array<Vector<Dim>> sum(network.n_grains(), Vector<Dim>::Zero());
-  Array<double> sum_of_norms(network.n_grains(), 0.0);
+  Array<Vector<Dim>> net(network.n_grains(), Vector<Dim>::Zero());
   for (const auto& contact : network.contacts) {
-    sum[contact.candidate] += contact.force;
-    sum_of_norms[contact.candidate] += contact.force.norm();
-    if (contact.at_wall()) continue;
-    sum[contact.antagonist] -= contact.force;
-    sum_of_norms[contact.antagonist] += contact.force.norm();
+    net[contact.candidate] += contact.force;
+    if (!contact.at_wall()) net[contact.antagonist] -= contact.force;
   }
+  const auto sums = force_sums(network);
   double imbalance = 0.0;
   for (Index i = 0; i < network.n_grains(); ++i)
-    if (!is_loose[i] && sum_of_norms[i] > 0) imbalance = std::max(imbalance, sum[i].norm() / sum_of_norms[i]);
+    if (!is_loose[i] && sums[i] > 0) imbalance = std::max(imbalance, net[i].norm() / sums[i]);
   return imbalance;
 }
 

@@ -37,14 +37,9 @@ double contact_threshold(const ContactNetwork<Dim>& network) {
 /// Largest |sum of forces| / sum of |forces| over the grains whose forces together count as a contact.
 template <int Dim>
 double grain_imbalance(const ContactNetwork<Dim>& network) {
-  Array<double> sum_of_norms(network.n_grains(), 0.0);
-  for (const auto& contact : network.contacts) {
-    sum_of_norms[contact.candidate] += contact.force.norm();
-    if (!contact.at_wall()) sum_of_norms[contact.antagonist] += contact.force.norm();
-  }
   const double counts = contact_threshold(network);
   Array<char> is_loose;
-  for (const double sum : sum_of_norms) is_loose.push_back(sum <= counts);
+  for (const double sum : force_sums(network)) is_loose.push_back(sum <= counts);
   return grain_imbalance(network, is_loose);
 }
 

@@ -57,7 +57,6 @@ StoredState<Packing::dimension> stored_state(const Compaction<Packing, Law, Solv
   keep(compaction.step.contacts.walls, state.walls);
   state.progress = {compaction.n_steps,
                     compaction.n_iterations,
-                    compaction.n_linear_iterations,
                     compaction.n_failed,
                     compaction.strain,
                     compaction.last_duration,
@@ -136,7 +135,6 @@ Compaction<Packing, Law, Solver> restored_compaction(const StoredState<Packing::
   const auto& at = state.progress;
   compaction.n_steps = Index(at.n_steps);
   compaction.n_iterations = Index(at.n_iterations);
-  compaction.n_linear_iterations = Index(at.n_linear_iterations);
   compaction.n_failed = Index(at.n_failed);
   compaction.strain = at.strain;
   compaction.last_duration = at.last_duration;

@@ -62,7 +62,23 @@ class GrainComplianceDelassus {
 
   Index n_contacts() const { return places_.size(); }
   Index n_stored() const { return values_.size(); }  ///< stored scalars
+  Index n_grains() const { return members_.size(); }
   const Block& diagonal_block(Index c) const { return diagonal_[c]; }
+
+  /// W_cd.
+  Block block(Index c, Index d) const {
+    using Rows = Eigen::Matrix<double, N, N, N == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+    Block sum = Block::Zero();
+    for (int k = 0; k < places_[c].count; ++k)
+      for (int l = 0; l < places_[d].count; ++l) {
+        const Part& row = places_[c].part[k];
+        const Part& column = places_[d].part[l];
+        if (row.grain == column.grain)
+          sum += Eigen::Map<const Rows, 0, Eigen::OuterStride<>>(
+              values_.data() + row.row + column.own - column.gathered, Eigen::OuterStride<>(row.width));
+      }
+    return sum;
+  }
 
   /// All blocks of W, grain by grain: that of two contacts between the same two grains comes in two parts.
   Array<DelassusBlock<N>> blocks() const {

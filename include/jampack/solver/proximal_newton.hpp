@@ -2,8 +2,8 @@
 #pragma once
 
 #include <algorithm>
-#include <jampack/problem/stored_blocks.hpp>
 #include <jampack/solver/contact_solver.hpp>
+#include <jampack/solver/grain_newton_matrix.hpp>
 #include <jampack/solver/regularised_problem.hpp>
 #include <utility>
 
@@ -22,6 +22,7 @@ struct ProximalNewton {
   Index max_failures = 3;                      ///< line searches that may fail in one proximal step
   Index smoothing = 2;                         ///< sweeps after each trial step
   Index recovery = 20;                         ///< sweeps where no step length is accepted
+  Threads threads{};                           ///< used between deformable grains only
 
   template <class Problem>
   SolveReport solve(const Problem& problem, Eigen::VectorXd& r) const {
@@ -29,8 +30,10 @@ struct ProximalNewton {
     BestIterate<Problem> iterate(problem, stop, r);
     Index n_newton = 0;
     if (!iterate.converged() && problem.n_contacts() > 0) {
-      const BlockSparseDelassus<Problem::n_unknowns>& w = as_block_sparse(problem.delassus);
-      RegularisedProblem step(w, problem.free_velocity, problem.law, iterate.rho());
+      using Matrix = NewtonMatrix<typename Problem::DelassusType>;
+      const typename Matrix::Stored& w = Matrix::stored(problem.delassus);
+      RegularisedProblem<Matrix, typename Problem::LawType::Contact> step(
+          w, problem.free_velocity, problem.law, iterate.rho(), threads);
       step.regularise(0, r);
       for (Index k = 0; k < first_sweeps; ++k) step.sweep(r);
       iterate.judge(r);
@@ -92,7 +95,7 @@ struct ProximalNewton {
 
   // Halves the step until the smoothed trial point is better.
   template <class Step>
-  bool search(const Step& step, Eigen::VectorXd& r, Workspace& work, double& error) const {
+  bool search(Step& step, Eigen::VectorXd& r, Workspace& work, double& error) const {
     for (double length = 1; length > 0.05; length *= 0.5) {
       work.trial = r + length * work.dr;
       step.project(work.trial);

@@ -2,25 +2,28 @@
 #pragma once
 
 #include <cmath>
-#include <jampack/problem/block_sparse_delassus.hpp>
-#include <jampack/solver/block_sparse_lu.hpp>
 #include <jampack/solver/local_solver.hpp>
+#include <jampack/solver/newton_matrix.hpp>
+#include <memory>
 #include <type_traits>
 
 namespace jampack {
 
 /// The contact problem of one proximal step, W r + q + alpha D (r - centre) with D = diag(1/rho_c): sweeps,
 /// velocities, natural map and semismooth Newton steps on it (docs/theory/contact_solvers.md, eq. 15 to 17).
-/// Everything is allocated when it is made. W is held as stored blocks.
-template <int N, LocalContactLaw LocalLaw>
+/// Matrix says how W is stored and factorised (NewtonMatrix).
+template <class Matrix, LocalContactLaw LocalLaw>
 class RegularisedProblem {
+  using Stored = typename Matrix::Stored;
+  static constexpr int N = Stored::n_unknowns;
   using Block = Eigen::Matrix<double, N, N>;
   using Vec = ContactVector<N>;
 
  public:
-  RegularisedProblem(const BlockSparseDelassus<N>& w, const Eigen::VectorXd& q, const Array<LocalLaw>& law,
-                     const Array<double>& rho)
+  RegularisedProblem(const Stored& w, const Eigen::VectorXd& q, const Array<LocalLaw>& law,
+                     const Array<double>& rho, Threads threads = {})
       : w_(w),
+        threads_(threads),
         q_(q),
         law_(law),
         rho_(rho),
@@ -29,6 +32,8 @@ class RegularisedProblem {
         step_(rho),
         centre_(Eigen::VectorXd::Zero(q.size())),
         local_(n_),
+        motion_(w.motion(centre_)),
+        n_rows_(n_),
         factor_(n_),
         constant_(n_) {}
 
@@ -44,13 +49,10 @@ class RegularisedProblem {
     }
   }
 
-  /// Velocity of contact c in the regularised problem.
-  Vec velocity(const Eigen::VectorXd& r, Index c) const {
-    return w_.velocity({}, r, c) + q_.template segment<N>(N * c) +
-           shift_[c] * (r.template segment<N>(N * c) - centre_.template segment<N>(N * c));
-  }
+  /// Velocities in the regularised problem.
   void velocity(const Eigen::VectorXd& r, Eigen::VectorXd& u) const {
-    for (Index c = 0; c < n_; ++c) u.template segment<N>(N * c) = velocity(r, c);
+    w_.apply(r, u);
+    for (Index c = 0; c < n_; ++c) u.template segment<N>(N * c) += rest(r, c);
   }
 
   /// Norm of the natural map of the regularised problem, in the units of r.
@@ -63,10 +65,15 @@ class RegularisedProblem {
     return std::sqrt(sum);
   }
 
-  void sweep(Eigen::VectorXd& r) const {
-    for (Index c = 0; c < n_; ++c)
-      r.template segment<N>(N * c) =
-          local_[c].solve(law_[c], velocity(r, c), Vec(r.template segment<N>(N * c)));
+  void sweep(Eigen::VectorXd& r) {
+    motion_ = w_.motion(r);
+    for (Index c = 0; c < n_; ++c) {
+      const Vec old = r.template segment<N>(N * c);
+      const Vec next = local_[c].solve(law_[c], Vec(w_.velocity(motion_, r, c) + rest(r, c)), old);
+      if (next == old) continue;
+      r.template segment<N>(N * c) = next;
+      w_.change(motion_, c, Vec(next - old));
+    }
   }
 
   void project(Eigen::VectorXd& r) const {
@@ -75,37 +82,38 @@ class RegularisedProblem {
           project_on_friction_cone<N>(Vec(r.template segment<N>(N * c)), law_[c].friction);
   }
 
-  /// Newton step dr on the Alart–Curnier function from r with velocities u. Open contacts go to zero and
-  /// leave the system. False if the system cannot be solved.
+  /// Newton step dr on the Alart–Curnier function from r with velocities u. Reactions of open contacts and
+  /// tangential ones without friction go to zero and leave the system. False if it cannot be solved.
   bool newton_step(const Eigen::VectorXd& r, const Eigen::VectorXd& u, Eigen::VectorXd& dr) {
-    if (!analysed_) analyse();
-    for (Index c = 0; c < n_; ++c)
+    if (!matrix_) matrix_ = std::make_unique<Matrix>(w_, threads_);
+    Eigen::VectorXd gone = r, lost;
+    for (Index c = 0; c < n_; ++c) {
       dr.template segment<N>(N * c) =
           linearise(c, Vec(r.template segment<N>(N * c)), Vec(u.template segment<N>(N * c)));
-    // The right-hand side keeps what open contacts take away: A W_cd r_d.
-    const bool solved = lu_.factorise([&](Index c, auto add) {
-      if (open_[c]) {
-        add(c, Block::Identity());
-        return;
-      }
-      w_.for_each_block(c, [&](Index d, const Block& block) {
-        if (open_[d])
-          dr.template segment<N>(N * c) += factor_[c] * (block * r.template segment<N>(N * d));
-        else
-          add(d, Block(factor_[c] * block));
-      });
-      add(c, Block(shift_[c] * factor_[c] + constant_[c]));
-    });
-    if (!solved) return false;
-    lu_.solve(dr);
+      constant_[c] += shift_[c] * factor_[c];
+      gone.template segment<N>(N * c).head(n_rows_[c]).setZero();
+    }
+    // The right-hand side keeps what they take away.
+    if (gone.isZero(0))
+      lost = gone;
+    else
+      w_.apply(gone, lost);
+    for (Index c = 0; c < n_; ++c) {
+      const int kept = n_rows_[c];
+      dr.template segment<N>(N * c).tail(N - kept) = -r.template segment<N>(N * c).tail(N - kept);
+      if (kept > 0)
+        dr.template segment<N>(N * c).head(kept) += (factor_[c] * lost.template segment<N>(N * c)).head(kept);
+    }
+    if (!matrix_->factorise(n_rows_, factor_, constant_)) return false;
+    matrix_->solve(dr);
     return dr.allFinite();
   }
 
  private:
-  void analyse() {
-    lu_.analyse(symmetric_pattern(w_));
-    open_.assign(n_, 0);
-    analysed_ = true;
+  /// What velocity has besides W r.
+  Vec rest(const Eigen::VectorXd& r, Index c) const {
+    return q_.template segment<N>(N * c) +
+           shift_[c] * (r.template segment<N>(N * c) - centre_.template segment<N>(N * c));
   }
 
   // One row of the linear system, A (du) + C dr = b: sets A and C, returns b. For an open contact b = -r.
@@ -117,12 +125,12 @@ class RegularisedProblem {
       softness = r[0] > 0 ? law_[c].compliance_slope(r[0]) : 0;
     }
     const double normal = r[0] - rho * normal_velocity;
-    open_[c] = !(normal > 0);
-    if (open_[c]) return -r;
+    n_rows_[c] = !(normal > 0) ? 0 : friction > 0 ? N : 1;
     Block& a = factor_[c];
     Block& k = constant_[c];
     a.setIdentity();
     k.setZero();
+    if (n_rows_[c] == 0) return -r;
     k(0, 0) = softness;
     Vec b = -u;
     b[0] = -normal_velocity;
@@ -144,7 +152,8 @@ class RegularisedProblem {
     return b;
   }
 
-  const BlockSparseDelassus<N>& w_;
+  const Stored& w_;
+  Threads threads_;
   const Eigen::VectorXd& q_;
   const Array<LocalLaw>& law_;
   const Array<double>& rho_;
@@ -153,10 +162,10 @@ class RegularisedProblem {
   Array<double> shift_, step_;
   Eigen::VectorXd centre_;
   Array<LocalSolver<N>> local_;
+  typename Stored::Motion motion_;
+  Array<int> n_rows_;  ///< of each contact in the linear system
   Array<Block> factor_, constant_;
-  Array<char> open_;
-  BlockSparseLU<N> lu_;
-  bool analysed_ = false;
+  std::unique_ptr<Matrix> matrix_;
 };
 
 }  // namespace jampack

@@ -26,9 +26,9 @@ class AugmentedBalance {
   double least_force = 0;  ///< forces are measured against no less
   double penalty = 0;      ///< in units of contact_stiffness(); 0: the multipliers themselves are the forces
 
-  Array<Nodal> x;      ///< positions at the end of the step
-  Array<Nodal> force;  ///< internal, at x
-  Array<BlockMatrix<Dim>> tangent;
+  Array<Nodal> x;                   ///< positions at the end of the step
+  Array<Nodal> force;               ///< internal, at x
+  Array<BlockMatrix<Dim>> tangent;  ///< positive definite stand-in for theta K + M / (theta h^2)
 
   Array<ContactVector<N>> pair_force;  ///< contact forces at x
   Array<ContactVector<1>> wall_force;
@@ -62,17 +62,11 @@ class AugmentedBalance {
   bool linearise(const Packing& packing) {
     Array<char> good(packing.grains.size(), 1);
     parallel_for(threads, packing.grains.size(), [&](Index g) {
-      good[g] = packing.grains[g].internal_force_and_tangent(*packing.model, x[g], force[g], tangent[g]);
+      good[g] =
+          packing.grains[g].internal_force_and_definite_tangent(*packing.model, x[g], force[g], tangent[g]);
       add_inertia(packing, g, tangent[g]);
     });
     return std::all_of(good.begin(), good.end(), [](char ok) { return ok != 0; });
-  }
-
-  /// A positive definite stand-in for the tangent of one grain at x.
-  void definite_tangent(const Packing& packing, Index g, BlockMatrix<Dim>& definite) const {
-    Nodal unused;
-    packing.grains[g].internal_force_and_definite_tangent(*packing.model, x[g], unused, definite);
-    add_inertia(packing, g, definite);
   }
 
   /// Contact forces at x and what they leave of balance and contact law; writes the gaps of the contacts.
@@ -116,15 +110,6 @@ class AugmentedBalance {
   void accept_forces(Contacts& contacts) const {
     contacts.pairs.reaction = pair_force;
     contacts.walls.reaction = wall_force;
-  }
-
-  /// Nodal force that the change of the multipliers to the present forces makes, its norm.
-  double update_norm(const Packing& packing, const Contacts& contacts) {
-    auto pair_change = pair_force;
-    auto wall_change = wall_force;
-    for (Index c = 0; c < pair_change.size(); ++c) pair_change[c] -= contacts.pairs.reaction[c];
-    for (Index c = 0; c < wall_change.size(); ++c) wall_change[c] -= contacts.walls.reaction[c];
-    return std::sqrt(gather(packing, contacts, pair_change, wall_change));
   }
 
   /// Holds the friction bounds of potential() at these forces.

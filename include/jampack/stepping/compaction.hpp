@@ -5,6 +5,7 @@
 #include <jampack/analysis/soft_network.hpp>
 #include <jampack/body/surface_measure.hpp>
 #include <jampack/stepping/soft_step.hpp>
+#include <utility>
 
 namespace jampack {
 
@@ -34,7 +35,6 @@ class Compaction {
 
   Index n_steps = 0;
   Index n_iterations = 0;
-  Index n_linear_iterations = 0;
   Index n_failed = 0;
   double strain = 0;         ///< size of the next step
   double last_duration = 0;  ///< h of the last accepted step
@@ -80,8 +80,8 @@ class Compaction {
 
   /// A step of exactly this strain; false when it did not converge.
   bool try_step(double size) {
-    start_flow();
-    if (!step_to(std::exp(-size / Dim) * packing.room.scale, duration(size))) return false;
+    const double scale = std::exp(-size / Dim) * packing.room.scale;
+    if (!step_to(scale, duration(size), [&] { start_flow(); })) return false;
     if (report.iterations <= options.easy_iterations)
       strain =
           std::max(strain, std::min((report.iterations <= options.easy_iterations / 2 ? 2.0 : 1.3) * size,
@@ -89,37 +89,54 @@ class Compaction {
     return true;
   }
 
-  /// Holds the walls until the grains balance: steps from rest, ever longer, so that inertia fades. False
-  /// when that did not succeed; the packing is then as after the last step that converged.
-  bool settle() {
+  /// Holds the walls until the grains balance: steps from rest, ever longer, so that inertia fades;
+  /// `progress(run)` is called after each. False when that did not succeed; the packing is then as after the
+  /// last step that converged.
+  template <class Progress>
+  bool settle(Progress&& progress) {
+    const double shortest = duration(options.min_strain);
     double h = duration(options.max_strain);
-    for (Index k = 0; k < options.max_settling_steps; ++k) {
+    double longest =
+        std::numeric_limits<double>::infinity();  // what failed is tried again only little by little
+    for (Index k = 0; k < options.max_settling_steps && h > shortest; ++k) {
       if (grain_imbalance(network()) <= options.settled) return true;
-      for (auto& grain : packing.grains) grain.velocity.setZero();
-      if (!step_to(packing.room.scale, h)) {
+      const bool converged = step_to(packing.room.scale, h, [&] {
+        for (auto& grain : packing.grains) grain.velocity.setZero();
+      });
+      if (converged) {
+        if (report.iterations <= options.easy_iterations)
+          h = std::min((report.iterations <= options.easy_iterations / 2 ? 4 : 2) * h, longest);
+        longest *= 1.5;
+      } else {
         ++n_failed;
+        longest = 0.5 * h;
         h /= 5;
-      } else if (report.iterations <= options.easy_iterations / 2) {
-        h *= 4;
-      } else if (report.iterations <= options.easy_iterations) {
-        h *= 2;
       }
+      progress(std::as_const(*this));
     }
     return grain_imbalance(network()) <= options.settled;
   }
+  bool settle() {
+    return settle([](const auto&) {});
+  }
 
-  /// One step of duration h in which the room's scale goes to `scale`, and what is kept of it; false, with
-  /// the packing as it was, when it did not converge.
-  bool step_to(double scale, double h) {
-    Array<typename Packing::Nodal> position, velocity;
+  /// One step of duration h in which the room's scale goes to `scale`, and what is kept of it; `prepare` may
+  /// change velocities first. False, with the packing as it was, when it did not converge.
+  template <class Prepare>
+  bool step_to(double scale, double h, Prepare prepare) {
+    Array<typename Packing::Nodal> position, velocity, unprepared;
+    for (const auto& grain : packing.grains) unprepared.push_back(grain.velocity);
+    prepare();
     for (const auto& grain : packing.grains) {
       position.push_back(grain.position);
       velocity.push_back(grain.velocity);
     }
     report = step.advance(packing, h, scale);
     n_iterations += report.iterations;
-    n_linear_iterations += report.linear_iterations;
-    if (!report.converged) return false;
+    if (!report.converged) {
+      for (Index g = 0; g < packing.grains.size(); ++g) packing.grains[g].velocity = unprepared[g];
+      return false;
+    }
     ++n_steps;
     last_duration = h;
     position_before = std::move(position);

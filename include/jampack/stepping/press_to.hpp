@@ -38,11 +38,12 @@ void press_to(Compaction<Packing, Law, Solver>& run, const PressOptions& options
     // rho (dL / h)^2 over the strain is the stress that stopping the whole flow in this step would take.
     const double slow = std::max(strain, 0.01 * options.first_strain);
     const double h = length * std::sqrt(density * slow / (options.inertia * options.stress)) / Dim;
-    for (auto& grain : packing.grains) {
-      const Vector<Dim> flow = (shrink - 1) / h * (grain.centre() - packing.room.centre);
-      grain.velocity.colwise() = flow;
-    }
-    const bool converged = run.step_to(shrink * packing.room.scale, h);
+    const bool converged = run.step_to(shrink * packing.room.scale, h, [&] {
+      for (auto& grain : packing.grains) {
+        const Vector<Dim> flow = (shrink - 1) / h * (grain.centre() - packing.room.centre);
+        grain.velocity.colwise() = flow;
+      }
+    });
     if (!converged) ++run.n_failed;
     return converged;
   };

@@ -2,13 +2,9 @@
 #pragma once
 
 #include <jampack/solver/anderson.hpp>
-#include <jampack/solver/gauss_seidel.hpp>
-#include <jampack/solver/gmres.hpp>
 #include <jampack/solver/proximal_newton.hpp>
-#include <jampack/solver/truncated_conjugate_gradients.hpp>
 #include <jampack/stepping/augmented_balance.hpp>
 #include <jampack/stepping/condensed_step.hpp>
-#include <jampack/stepping/newton_system.hpp>
 #include <utility>
 
 namespace jampack {
@@ -18,13 +14,9 @@ struct SoftStepOptions {
   double theta = 1;               ///< of the Moreau-Jean scheme, in [0.5, 1]
   double tolerance = 5e-7;        ///< on the equilibrium residual and on the scaled contact residual
   double fresh_tolerance = 6e-4;  ///< on both with contact detected afresh at the end of the step
-  int max_iterations = 60;        ///< Newton iterations before the step is given up
+  int max_iterations = 60;        ///< condensed contact problems before the step is given up
   double penalty = 10;  ///< augmentation, in units of the stiffness of a surface layer one edge thick
-  double largest_penalty = 300;     ///< to which it grows while multipliers move
-  double linear_tolerance = 0.05;   ///< of the inner linear solves, relative
-  double newton_below = 1e-2;       ///< equilibrium residual below which the exact tangents are tried
   double contact_tolerance = 1e-2;  ///< of condensed contact problems, on their scaled residual
-  Index sweep_above = 500;          ///< contacts; larger condensed problems are left to Gauss-Seidel sweeps
   double reach = 0.03;              ///< detection distance over the mean diameter
   double least_pressure = 1e-6;     ///< forces below this times Young's modulus and d^(Dim-1) are none
   Threads threads;
@@ -34,9 +26,7 @@ struct SoftStepOptions {
 struct SoftStepReport {
   bool converged = false;
   int iterations = 0;
-  int condensed = 0;  ///< of them, by a condensed contact problem
-  Index sweeps = 0;
-  Index linear_iterations = 0;
+  Index sweeps = 0;                 ///< of the contact solver, or what it counts
   double equilibrium_residual = 0;  ///< |M dv - h (f_ext - f_int) - H^T r| / |H^T r|, the step's own frames
   double scaled_residual = 0;       ///< of the contacts, the step's own frames
   double fresh = 0;                 ///< the larger of both with contact detected afresh
@@ -44,9 +34,9 @@ struct SoftStepReport {
 };
 
 /// One implicit Moreau-Jean step of a packing of deformable grains under exact contact
-/// (docs/theory/deformable_stage.md). A condensed contact problem finds who carries; Newton's method on the
-/// augmented Lagrangian follows, its potential the judge of every move. Contacts keep their frames while
-/// grains move little, and are detected afresh before a step is accepted.
+/// (docs/theory/deformable_stage.md): condensed contact problems one after the other, the potential of the
+/// augmented Lagrangian the judge of every move. Contacts keep their frames while grains move little, and are
+/// detected afresh before a step is accepted.
 template <class Packing, ContactLaw Law, class Solver = ProximalNewton>
 class SoftStep {
  public:
@@ -65,7 +55,12 @@ class SoftStep {
   SoftStepReport advance(Packing& packing, double h, double new_scale) {
     const auto saved = contacts;
     const double old_scale = std::exchange(packing.room.scale, new_scale);
-    auto report = solve(packing, h);
+    SoftStepReport report;
+    try {
+      solve(packing, h, report);
+    } catch (const NotConverged& error) {
+      fail(report, error.what());
+    }
     if (report.converged) {
       for (Index g = 0; g < packing.grains.size(); ++g) {
         auto& grain = packing.grains[g];
@@ -81,12 +76,11 @@ class SoftStep {
   }
 
  private:
-  SoftStepReport solve(const Packing& packing, double h) {
-    SoftStepReport report;
+  void solve(const Packing& packing, double h, SoftStepReport& report) {
     const double d = packing.mean_diameter();
     reach_ = options.reach * d;
     balance_.law = law;
-    balance_.threads = system_.threads = condensed_.threads = options.threads;
+    balance_.threads = condensed_.threads = options.threads;
     balance_.theta = options.theta;
     balance_.least_force = options.least_pressure * packing.model->material.young * std::pow(d, Dim - 1);
     // Invariants of a cell that is hardly strained are differences of numbers near one.
@@ -94,61 +88,38 @@ class SoftStep {
         1e-14 * packing.model->material.young * std::pow(d, Dim) * double(packing.grains.size());
     balance_.penalty = options.penalty;
     if (!balance_.begin(packing, h)) return fail(report, "a cell is inverted at the start of the step");
-    system_.begin(packing, balance_.tangent);
-    has_factor_ = false;
-    skip_exact_ = 0;
-    radius_ = 0.01 * d;
     last_move_ = std::numeric_limits<double>::infinity();
     mixing_.forget();
     contacts.find(packing, balance_.x, reach_, options.threads);
     balance_.evaluate(packing, contacts);
 
-    constexpr int most_patience = 4;     // condensed iterations in a row
     constexpr int frame_updates = 8;     // new frames whatever grains move ...
     const double frame_move = 1e-3 * d;  // ... and whenever they move by more
-    int refreshed = 0, rounds = 0, wait = 0, patience = 2;
+    int refreshed = 0, rounds = 0;
     for (;; ++report.iterations) {
       report.equilibrium_residual = balance_.equilibrium_residual();
       report.scaled_residual = balance_.contact_residual;
       if (balance_.balanced(options.tolerance)) {
         if (holds_afresh(packing, report)) {
           report.converged = true;
-          return report;
+          return;
         }
         if (++rounds == 4) return fail(report, "contact frames do not settle");
         refreshed = std::min(refreshed, frame_updates - 2);
         balance_.evaluate(packing, contacts);
       }
       if (report.iterations == options.max_iterations)
-        return fail(report, "Newton's method did not converge in " + std::to_string(options.max_iterations) +
-                                " iterations");
+        return fail(report, "no balance after " + std::to_string(options.max_iterations) + " iterations");
       const bool new_frames = refreshed < frame_updates || last_move_ > frame_move;
-      // The multipliers move once balance at the old ones is ahead of the contact conditions.
-      if (balance_.residual_norm <= 0.3 * balance_.update_norm(packing, contacts)) {
-        balance_.penalty = std::min(2 * balance_.penalty, options.largest_penalty);
-        balance_.accept_forces(contacts);
-        if (new_frames) ++refreshed, contacts.refresh(packing, balance_.x, reach_, options.threads);
-        balance_.evaluate(packing, contacts);
-      }
-      // Far from the solution contacts are sorted out by a contact solver, and where Newton's method finds no
-      // way for a while.
-      if (balance_.equilibrium_residual() > options.newton_below || wait > 0) {
-        --wait;
-        balance_.penalty = options.penalty;
-        if (new_frames) ++refreshed;
-        if (!condensed_iteration(packing, report, new_frames))
-          return fail(report, "no part of a condensed move lowers the potential");
-      } else {
-        mixing_.forget();
-        if (!newton_iteration(packing, report)) wait = patience = std::min(2 * patience, most_patience);
-      }
+      if (new_frames) ++refreshed;
+      if (!iterate(packing, report, new_frames))
+        return fail(report, "no part of a move lowers the potential");
     }
   }
 
-  static SoftStepReport fail(SoftStepReport report, std::string reason) {
+  static void fail(SoftStepReport& report, std::string reason) {
     report.converged = false;
     report.reason = std::move(reason);
-    return report;
   }
 
   /// Whether the forces also balance on contacts detected afresh; if not, those are the contacts from now on.
@@ -165,115 +136,9 @@ class SoftStep {
     return true;
   }
 
-  /// T of every grain and the stiffness of its contacts (eq. 9).
-  void assemble(const Packing& packing) {
-    system_.couplings.clear();
-    const auto add = [&](const auto& set, double friction) {
-      for (Index c = 0; c < set.size(); ++c) {
-        const auto& contact = set.contact[c];
-        const double rho = balance_.penalty * balance_.contact_stiffness(packing, contact);
-        const AugmentedForce<Dim> augmented(set.force(c), contacts.displacement(packing, contact, balance_.x),
-                                            contact.normal, friction, rho);
-        if (augmented.open) continue;
-        const bool normal_only = friction == 0;
-        const Matrix<Dim> nn = rho * contact.normal * contact.normal.transpose();
-        system_.add(packing.model->boundary.samples[contact.sample], contact,
-                    normal_only ? nn : augmented.stiffness(contact.normal, friction, rho),
-                    normal_only ? nn : augmented.definite(contact.normal, rho));
-      }
-    };
-    add(contacts.pairs, law.friction);
-    add(contacts.walls, 0.0);
-    system_.finish();
-    if (!has_factor_ || last_linear_ > 2 * fresh_linear_ + 10) {
-      system_.factorise(
-          [&](Index g, BlockMatrix<Dim>& tangent) { balance_.definite_tangent(packing, g, tangent); });
-      has_factor_ = false;
-    }
-    system_.coarsen(balance_.x);
-  }
-
-  /// One Newton iteration on the augmented Lagrangian: with the friction bounds' changes where that brings
-  /// the residual down, else down the potential with the bounds held. False when neither does; x is then as
-  /// it was.
-  bool newton_iteration(const Packing& packing, SoftStepReport& report) {
-    assemble(packing);
-    const Index n = Dim * packing.n_nodes();
-    Eigen::VectorXd rhs(n * packing.grains.size());
-    for (Index g = 0; g < packing.grains.size(); ++g)
-      rhs.segment(n * g, n) = -Eigen::Map<const Eigen::VectorXd>(balance_.residual[g].data(), n);
-    if (--skip_exact_ < 0) {
-      if (exact_move(packing, rhs, report)) return true;
-      skip_exact_ = 2;
-    }
-    return descent(packing, rhs, report);
-  }
-
-  void count(Index linear_iterations, SoftStepReport& report) {
-    report.linear_iterations += linear_iterations;
-    last_linear_ = linear_iterations;
-    if (!has_factor_) fresh_linear_ = linear_iterations;
-    has_factor_ = true;
-  }
-
-  bool exact_move(const Packing& packing, const Eigen::VectorXd& rhs, SoftStepReport& report) {
-    system_.symmetric = false;
-    const Gmres gmres{.tolerance = options.linear_tolerance};
-    Eigen::VectorXd dx;
-    count(gmres
-              .solve([&](const auto& a, auto& b) { system_.apply(a, b); },
-                     [&](const auto& a, auto& b) { system_.precondition(a, b); }, rhs, dx)
-              .iterations,
-          report);
-    const auto start = balance_.x;
-    const double before = balance_.residual_norm;
-    if (dx.allFinite() && longest(packing, dx) == 1) {
-      place(start, 1, dx);
-      if (balance_.linearise(packing)) {
-        balance_.evaluate(packing, contacts);
-        if (balance_.residual_norm <= 0.7 * before) return true;
-      }
-    }
-    balance_.x = start;
-    balance_.linearise(packing);
-    balance_.evaluate(packing, contacts);
-    return false;
-  }
-
-  bool descent(const Packing& packing, const Eigen::VectorXd& rhs, SoftStepReport& report) {
-    system_.symmetric = true;
-    const TruncatedConjugateGradients cg{.tolerance = options.linear_tolerance};
-    Eigen::VectorXd dx, along;
-    const auto linear = cg.solve([&](const auto& a, auto& b) { system_.apply(a, b); },
-                                 [&](const auto& a, auto& b) { system_.precondition(a, b); }, rhs, dx, along);
-    count(linear.iterations, report);
-    if (linear.negative_curvature) dx += radius_ / along.template lpNorm<Eigen::Infinity>() * along;
-    const double slope = -rhs.dot(dx);
-    if (!dx.allFinite() || !(slope < 0)) return false;
-    balance_.hold_bounds(contacts, balance_.pair_force);
-    const auto start = balance_.x;
-    const double before = balance_.potential(packing, contacts);
-    double length = longest(packing, dx);
-    int cuts = 0;
-    bool found = false;
-    for (; cuts < 8 && !found; ++cuts, length *= 0.5) {
-      place(start, length, dx);
-      found = balance_.potential(packing, contacts) <= before + 1e-4 * length * slope + potential_round_off_;
-    }
-    if (linear.negative_curvature)
-      radius_ =
-          cuts == 1 ? std::min(2 * radius_, 0.05 * packing.mean_diameter()) : (found ? 1.0 : 0.1) * radius_;
-    if (!found) balance_.x = start;
-    balance_.linearise(packing);
-    balance_.evaluate(packing, contacts);
-    return found;
-  }
-
   /// The step that the condensed contact problem asks for, with its reactions as multipliers, as far as the
   /// potential falls; false when it falls nowhere along it.
-  bool condensed_iteration(const Packing& packing, SoftStepReport& report, bool new_frames) {
-    ++report.condensed;
-    has_factor_ = false;
+  bool iterate(const Packing& packing, SoftStepReport& report, bool new_frames) {
     Eigen::VectorXd dx;
     solve_condensed(packing, report, dx);
     const auto start = balance_.x;
@@ -295,15 +160,16 @@ class SoftStep {
     return false;
   }
 
-  /// Moves further than start + dx, where the potential is `now`, if it falls.
+  /// Moves to a combination of the last moves, or further along start + dx, where the potential is `now`, as
+  /// long as that brings it down.
   void accelerate(const Packing& packing, const Array<Nodal>& start, const Eigen::VectorXd& dx, double now,
                   bool new_frames) {
-    const auto try_step = [&](double length, const Eigen::VectorXd& step) {
+    const auto try_step = [&](const Eigen::VectorXd& step, double expected) {
       const auto here = balance_.x;
       const double move = last_move_;
-      if (longest(packing, length * step) == 1) {
-        place(start, length, step);
-        if (const double there = balance_.potential(packing, contacts); there <= now) {
+      if (longest(packing, step) == 1) {
+        place(start, 1, step);
+        if (const double there = balance_.potential(packing, contacts); there <= now - expected) {
           now = there;
           return true;
         }
@@ -312,11 +178,8 @@ class SoftStep {
       last_move_ = move;
       return false;
     };
-    if (new_frames) {
-      for (double length = 2; length <= 16 && try_step(length, dx);) length *= 2;
-    } else if (!try_step(1, mixing_.step(flat(start), dx))) {
-      mixing_.forget();
-    }
+    if (!new_frames && !try_step(mixing_.step(flat(start), dx), 0)) mixing_.forget();
+    for (double length = 2; length <= 16 && try_step(length * dx, potential_round_off_);) length *= 2;
   }
 
   /// Solves the contact problem of the grains condensed on their contacts: its reactions become the
@@ -328,8 +191,9 @@ class SoftStep {
     auto& walls = contacts.walls;
     Array<typename Condensed::Entry> entries;
     Array<Index> pair_of, wall_of;
-    // As Newton's method converges, ever fewer open contacts can close.
-    const double near = d * std::clamp(3 * last_move_ / d, 1e-5, 2e-3);
+    // As the iteration converges, ever fewer open contacts can close. One that was left out and does close is
+    // in the next problem.
+    const double near = d * std::clamp(0.3 * last_move_ / d, 1e-5, 3e-4);
     const auto take = [&](const auto& set, auto& kept) {
       for (Index c = 0; c < set.size(); ++c)
         if (set.contact[c].gap < near || !set.reaction[c].isZero(0)) {
@@ -340,12 +204,9 @@ class SoftStep {
     take(pairs, pair_of);
     take(walls, wall_of);
     Array<Nodal> imbalance(packing.grains.size());
-    definite_.resize(packing.grains.size());
-    parallel_for(options.threads, packing.grains.size(), [&](Index g) {
-      imbalance[g] = balance_.imbalance(packing, g);
-      balance_.definite_tangent(packing, g, definite_[g]);
-    });
-    condensed_.factorise(packing, definite_);
+    parallel_for(options.threads, packing.grains.size(),
+                 [&](Index g) { imbalance[g] = balance_.imbalance(packing, g); });
+    condensed_.factorise(packing, balance_.tangent);
     const auto problem =
         condensed_.problem(packing, packing.model->boundary.samples, entries, imbalance, law);
     Eigen::VectorXd r(N * entries.size());
@@ -378,30 +239,25 @@ class SoftStep {
     const double target = std::clamp(0.03 * balance_.equilibrium_residual(), 0.2 * options.tolerance,
                                      options.contact_tolerance);
     Index sweeps = 0;
-    const auto solve_with = [&](auto solver, Index most) {
-      solver.stop.max_sweeps = most;
-      solver.stop.tolerance = options.contact_tolerance;
-      Eigen::VectorXd u;
-      for (int k = 0; k < 5; ++k) {
-        const auto solved = solver.solve(problem, r);
-        sweeps += solved.sweeps;
-        contact_velocity(problem, r, u);
-        double left = 0;
-        for (Index c = 0; c < entries.size(); ++c)
-          left += natural_map<N>(problem.law[c], ContactVector<N>(r.template segment<N>(N * c)),
-                                 ContactVector<N>(u.template segment<N>(N * c)), stiffness[c])
-                      .squaredNorm();
-        left = std::sqrt(left) / std::max(r.norm(), balance_.least_force);
-        if (left <= target || !solved.converged || sweeps >= most) return;
-        solver.stop.tolerance =
-            std::max(1e-14, std::min(0.1 * solver.stop.tolerance, 0.5 * solved.residual * target / left));
-      }
-    };
-    // Factorising a large problem costs more than its answer is worth so far from the solution.
-    if (entries.size() > options.sweep_above)
-      solve_with(GaussSeidel{}, 100);
-    else
-      solve_with(Solver{}, 60);
+    Solver solver;
+    solver.stop.max_sweeps = 60;
+    solver.stop.tolerance = options.contact_tolerance;
+    if constexpr (requires { solver.threads; }) solver.threads = options.threads;
+    Eigen::VectorXd u;
+    for (int k = 0; k < 5; ++k) {
+      const auto solved = solver.solve(problem, r);
+      sweeps += solved.sweeps;
+      contact_velocity(problem, r, u);
+      double left = 0;
+      for (Index c = 0; c < entries.size(); ++c)
+        left += natural_map<N>(problem.law[c], ContactVector<N>(r.template segment<N>(N * c)),
+                               ContactVector<N>(u.template segment<N>(N * c)), stiffness[c])
+                    .squaredNorm();
+      left = std::sqrt(left) / std::max(r.norm(), balance_.least_force);
+      if (left <= target || !solved.converged) break;
+      solver.stop.tolerance =
+          std::max(1e-14, std::min(0.1 * solver.stop.tolerance, 0.5 * solved.residual * target / left));
+    }
     return sweeps;
   }
 
@@ -429,17 +285,11 @@ class SoftStep {
   }
 
   AugmentedBalance<Packing, Law> balance_;
-  NewtonSystem<Packing> system_;
   CondensedStep<Packing, Law> condensed_;
-  Array<BlockMatrix<Dim>> definite_;
-  Anderson mixing_;  ///< of condensed iterations
+  Anderson mixing_;
   double potential_round_off_ = 0;
   double reach_ = 0;      ///< detection distance
-  double radius_ = 0;     ///< of a move along negative curvature
   double last_move_ = 0;  ///< largest displacement of a node in the last iteration
-  int skip_exact_ = 0;    ///< iterations until friction bounds are let go again
-  bool has_factor_ = false;
-  Index last_linear_ = 0, fresh_linear_ = 0;
 };
 
 }  // namespace jampack

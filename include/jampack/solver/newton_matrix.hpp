@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <jampack/core/parallel.hpp>
+#include <jampack/problem/stored_blocks.hpp>
+#include <jampack/solver/block_sparse_lu.hpp>
+
+namespace jampack {
+
+/// The matrix A W + C of a Newton step on contacts, with A and C block diagonal, and its factors. A contact
+/// takes part with its first n_rows unknowns: 0 where it is open, 1 without friction, else N. W is held as
+/// stored blocks; what is known of its structure may be used instead (solver/grain_newton_matrix.hpp).
+template <class Delassus>
+class NewtonMatrix {
+ public:
+  static constexpr int N = Delassus::n_unknowns;
+  using Block = Eigen::Matrix<double, N, N>;
+  /// What W must be stored as.
+  using Stored = BlockSparseDelassus<N>;
+  static decltype(auto) stored(const Delassus& w) { return as_block_sparse(w); }
+
+  /// `w` must outlive the matrix.
+  explicit NewtonMatrix(const Stored& w, Threads = {}) : w_(w) { lu_.analyse(symmetric_pattern(w)); }
+
+  /// False if it cannot be solved with.
+  bool factorise(const Array<int>& n_rows, const Array<Block>& a, const Array<Block>& constant) {
+    const auto part = [&](const Block& block, Index c, Index d) {
+      Block kept = Block::Zero();
+      kept.topLeftCorner(n_rows[c], n_rows[d]) = block.topLeftCorner(n_rows[c], n_rows[d]);
+      return kept;
+    };
+    return lu_.factorise([&](Index c, auto add) {
+      Block rest = Block::Identity();
+      rest.topLeftCorner(n_rows[c], n_rows[c]) = constant[c].topLeftCorner(n_rows[c], n_rows[c]);
+      add(c, rest);
+      if (n_rows[c] == 0) return;
+      w_.for_each_block(c, [&](Index d, const Block& block) {
+        if (n_rows[d] > 0) add(d, part(a[c] * block, c, d));
+      });
+    });
+  }
+
+  /// x, the right-hand side, becomes the solution; unknowns that do not take part stay as they are.
+  void solve(Eigen::VectorXd& x) const { lu_.solve(x); }
+
+ private:
+  const Stored& w_;
+  BlockSparseLU<N> lu_;
+};
+
+}  // namespace jampack
