@@ -11,7 +11,7 @@
 namespace jampack {
 
 /// Balance of momentum over one step under contact forces by the augmented Lagrangian
-/// (docs/theory/deformable_stage.md, eq. 6 to 8 and 10): residuals, and the potential that they derive from.
+/// (docs/theory/deformable_stage.md, eq. 6 to 8): residuals, and the potential that they derive from.
 template <class Packing, ContactLaw Law>
 class AugmentedBalance {
  public:
@@ -120,7 +120,7 @@ class AugmentedBalance {
         bound_[c] = law.friction * std::max(0.0, contacts.pairs.contact[c].normal.dot(of_pairs[c]));
   }
 
-  /// What balance at the multipliers and friction bounds held minimises (eq. 10): its gradient is the
+  /// What balance at the multipliers and friction bounds held minimises (eq. 8): its gradient is the
   /// residual where the bounds are those of the present forces. +infinity where a cell is inverted.
   double potential(const Packing& packing, const Contacts& contacts) const {
     Array<double> of_grain(packing.grains.size());

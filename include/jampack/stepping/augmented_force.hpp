@@ -6,7 +6,7 @@
 namespace jampack {
 
 /// A contact force by the augmented Lagrangian, P(lambda - rho s), in global axes
-/// (docs/theory/deformable_stage.md, eq. 6 and 7).
+/// (docs/theory/deformable_stage.md, eq. 6).
 template <int Dim>
 struct AugmentedForce {
   Vector<Dim> force = Vector<Dim>::Zero();
