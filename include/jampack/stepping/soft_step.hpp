@@ -251,9 +251,10 @@ class SoftStep {
       return sweep.solve(problem, r).sweeps;
     }
     Solver solver;
-    solver.stop.max_sweeps = 6;
+    solver.stop.max_sweeps = Dim == 3 ? 6 : 60;
     solver.stop.tolerance = options.contact_tolerance;
-    if constexpr (requires { solver.first_sweeps; }) solver.first_sweeps = 100;
+    // Before a factorisation, which is dear in 3D.
+    if constexpr (Dim == 3 && requires { solver.first_sweeps; }) solver.first_sweeps = 100;
     if constexpr (requires { solver.threads; }) solver.threads = options.threads;
     Eigen::VectorXd u;
     for (int k = 0; k < 5; ++k) {
