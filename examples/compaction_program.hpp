@@ -271,7 +271,7 @@ class CompactionProgram {
     result["cells_a_grain"] = run.packing.model->mesh.cells.size();
     result["unknowns"] = run.packing.n_dofs();
     result["steps"] = run.n_steps;
-    result["newton_iterations"] = run.n_iterations;
+    result["iterations"] = run.n_iterations;
     result["failed_steps"] = run.n_failed;
     result["seconds"] = seconds();
     draw_pictures(run);

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <jampack/core/parallel.hpp>
 #include <jampack/problem/grain_compliance_delassus.hpp>
 #include <jampack/solver/newton_matrix.hpp>
@@ -30,7 +31,7 @@ class NewtonMatrix<GrainComplianceDelassus<N>> {
     Array<Array<Index>> contacts;
     for (Index c = 0; c < w.n_contacts(); ++c) {
       std::pair<Index, Index> bodies{-1, -1};  // a wall is -1
-      w.for_each_body(c, [&](Index g) { bodies = std::minmax(std::max(bodies.first, bodies.second), g); });
+      w.for_each_body(c, [&](Index g) { bodies = std::minmax({std::max(bodies.first, bodies.second), g}); });
       const auto [found, is_new] = group_of.try_emplace(bodies, contacts.size());
       if (is_new) {
         contacts.emplace_back();

@@ -96,8 +96,8 @@ class Compaction {
   bool settle(Progress&& progress) {
     const double shortest = duration(options.min_strain);
     double h = duration(options.max_strain);
-    double longest =
-        std::numeric_limits<double>::infinity();  // what failed is tried again only little by little
+    // What failed is tried again only little by little.
+    double longest = std::numeric_limits<double>::infinity();
     for (Index k = 0; k < options.max_settling_steps && h > shortest; ++k) {
       if (grain_imbalance(network()) <= options.settled) return true;
       const bool converged = step_to(packing.room.scale, h, [&] {
