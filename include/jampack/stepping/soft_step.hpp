@@ -236,20 +236,21 @@ class SoftStep {
   }
 
   /// Solves to a residual that counts in the step: measured with the stiffness of the surface, not with that
-  /// of the whole grain, and relative to the reactions, not to the open gaps. Returns the sweeps used.
+  /// of the whole grain, and relative to the reactions, not to the open gaps; with `only_sweeps`, as far as a
+  /// hundred sweeps go. Returns the sweeps used.
   template <class Problem, class Entries>
   Index solve_contacts(const Packing& packing, const Problem& problem, const Entries& entries,
                        bool only_sweeps, Eigen::VectorXd& r) const {
+    if (only_sweeps) {
+      const GaussSeidel sweep{.stop = {.tolerance = 1e-14, .max_sweeps = 100}};
+      return sweep.solve(problem, r).sweeps;
+    }
     Array<double> stiffness;
     for (const auto& entry : entries)
       stiffness.push_back(balance_.contact_stiffness(packing, *entry.contact));
     const double target = std::clamp(0.03 * balance_.equilibrium_residual(), 0.2 * options.tolerance,
                                      options.contact_tolerance);
     Index sweeps = 0;
-    if (only_sweeps) {
-      const GaussSeidel sweep{.stop = {.tolerance = 1e-14, .max_sweeps = 100}};
-      return sweep.solve(problem, r).sweeps;
-    }
     Solver solver;
     solver.stop.max_sweeps = Dim == 3 ? 6 : 60;
     solver.stop.tolerance = options.contact_tolerance;
