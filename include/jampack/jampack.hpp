@@ -88,12 +88,16 @@
 #include <jampack/solver/anderson.hpp>
 #include <jampack/solver/block_sparse_lu.hpp>
 #include <jampack/solver/colouring.hpp>
+#include <jampack/solver/contact_groups.hpp>
 #include <jampack/solver/contact_kernel.hpp>
 #include <jampack/solver/contact_solver.hpp>
 #include <jampack/solver/default_solver.hpp>
 #include <jampack/solver/gauss_seidel.hpp>
+#include <jampack/solver/gmres.hpp>
+#include <jampack/solver/grain_newton_gmres.hpp>
 #include <jampack/solver/grain_newton_matrix.hpp>
 #include <jampack/solver/local_solver.hpp>
+#include <jampack/solver/multifrontal_lu.hpp>
 #include <jampack/solver/newton_matrix.hpp>
 #include <jampack/solver/proximal_newton.hpp>
 #include <jampack/solver/regularised_problem.hpp>

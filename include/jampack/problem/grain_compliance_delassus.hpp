@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <jampack/core/error.hpp>
 #include <jampack/problem/block_sparse_delassus.hpp>
 #include <jampack/problem/delassus.hpp>
@@ -121,7 +122,28 @@ class GrainComplianceDelassus {
     for (int k = 0; k < places_[c].count; ++k) visit(places_[c].part[k].grain);
   }
 
+  /// visit(grain, place) for the one or two grains of contact c, `place` its number among the grain's.
+  template <class Visit>
+  void for_each_place(Index c, Visit visit) const {
+    for (int k = 0; k < places_[c].count; ++k) {
+      const Part& part = places_[c].part[k];
+      visit(part.grain, (part.own - part.gathered) / N);
+    }
+  }
+
+  /// C of a grain, the signs of its contacts taken in.
+  Eigen::Map<const Eigen::MatrixXd> compliance(Index grain) const {
+    const Index width = N * members_[grain].contact.size();
+    return {values_.data() + members_[grain].start, width, width};  // by rows or by columns: it is symmetric
+  }
+
+  /// From now on apply() uses `product`: the same by a cheaper way than through the stored C.
+  void use_product(std::function<void(const Eigen::VectorXd&, Eigen::VectorXd&)> product) {
+    product_ = std::move(product);
+  }
+
   void apply(const Eigen::VectorXd& r, Eigen::VectorXd& u) const {
+    if (product_) return product_(r, u);
     const Motion moved = motion(r);
     u.resize(N * n_contacts());
     for (Index c = 0; c < n_contacts(); ++c) u.template segment<N>(N * c) = velocity(moved, r, c);
@@ -148,6 +170,7 @@ class GrainComplianceDelassus {
   Array<double> values_;
   Array<Block> diagonal_;
   Index n_gathered_ = 0;
+  std::function<void(const Eigen::VectorXd&, Eigen::VectorXd&)> product_;
 };
 
 static_assert(DelassusOperator<GrainComplianceDelassus<3>>);

@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
 #include <algorithm>
+#include <jampack/core/parallel.hpp>
 #include <jampack/problem/stored_blocks.hpp>
+#include <jampack/solver/contact_groups.hpp>
 #include <utility>
 
 namespace jampack {
@@ -29,56 +35,6 @@ struct Colouring {
 };
 
 namespace detail {
-
-/// Contacts that have the same bodies.
-struct ContactGroup {
-  Array<Index> bodies;    // sorted; without the hub
-  Array<Index> contacts;  // in their order
-  Index hub = -1;         // its body with very many groups
-};
-
-template <class Delassus>
-Array<ContactGroup> contact_groups(const Delassus& delassus, Index& n_bodies) {
-  constexpr Index many = 48;
-  Array<std::pair<Array<Index>, Index>> keyed;
-  n_bodies = 0;
-  for (Index c = 0; c < delassus.n_contacts(); ++c) {
-    Array<Index> bodies;
-    delassus.for_each_body(c, [&](Index body) {
-      bodies.push_back(body);
-      n_bodies = std::max(n_bodies, body + 1);
-    });
-    std::sort(bodies.begin(), bodies.end());
-    keyed.push_back({std::move(bodies), c});
-  }
-  const auto less = [](const auto& a, const auto& b) {
-    return std::lexicographical_compare(a.first.begin(), a.first.end(), b.first.begin(), b.first.end());
-  };
-  std::stable_sort(keyed.begin(), keyed.end(), less);
-  Array<ContactGroup> groups;
-  Array<Index> n_groups(n_bodies, Index{0});
-  for (Index k = 0; k < keyed.size(); ++k) {
-    if (k == 0 || less(keyed[k - 1], keyed[k])) {
-      groups.push_back({keyed[k].first, {}, -1});
-      for (const Index body : keyed[k].first) ++n_groups[body];
-    }
-    groups.back().contacts.push_back(keyed[k].second);
-  }
-  // One hub at most: where two bodies have many contacts, they are kept apart like any others.
-  Array<char> is_hub(n_bodies, 0);
-  for (Index body = 0; body < n_bodies; ++body) is_hub[body] = n_groups[body] > many ? 1 : 0;
-  for (const auto& group : groups)
-    if (std::count_if(group.bodies.begin(), group.bodies.end(), [&](Index b) { return is_hub[b] != 0; }) > 1)
-      for (const Index body : group.bodies) is_hub[body] = 0;
-  for (auto& group : groups)
-    for (Index k = 0; k < group.bodies.size(); ++k)
-      if (is_hub[group.bodies[k]] != 0) {
-        group.hub = group.bodies[k];
-        group.bodies.erase(group.bodies.begin() + k);
-        break;
-      }
-  return groups;
-}
 
 /// Cuts the bodies into compact regions by halving, breadth first from one end: region of each body.
 class Regions {
@@ -161,7 +117,6 @@ inline void add_class(Colouring& colouring, const Array<const ContactGroup*>& me
 /// (contacts with a common body are kept apart), else by the blocks of W. Depends on the scene alone.
 template <DelassusOperator Delassus>
 Colouring colour_contacts(const Delassus& delassus) {
-  using detail::ContactGroup;
   Array<ContactGroup> groups;
   Array<Array<const ContactGroup*>> classes;  // by colour
   Colouring colouring;
@@ -173,8 +128,9 @@ Colouring colour_contacts(const Delassus& delassus) {
     return colour;
   };
   if constexpr (requires { delassus.for_each_body(Index{}, [](Index) {}); }) {
-    Index n_bodies = 0;
-    groups = detail::contact_groups(delassus, n_bodies);
+    groups = group_contacts(delassus);
+    const Index n_bodies = count_bodies(groups);
+    spare_hubs(groups, n_bodies);
     const Index n_halvings = n_bodies >= 512 ? 3 : n_bodies >= 128 ? 2 : n_bodies >= 32 ? 1 : 0;
     const detail::Regions region(groups, n_bodies, n_halvings);
     Array<Array<const ContactGroup*>> inside(Index{1} << n_halvings);
@@ -230,6 +186,37 @@ Colouring colour_contacts(const Delassus& delassus) {
   }
   for (const auto& members : classes) detail::add_class(colouring, members, 16);
   return colouring;
+}
+
+/// Calls visit(k) for every chunk, class by class; the chunks of a class that may be shared by several
+/// threads at once. No visit may throw.
+template <class Visit>
+void for_each_chunk(const Colouring& colouring, Threads threads, const Visit& visit) {
+  // One thread's part. All threads meet after each class.
+  const auto work = [&](Index thread, Index n_threads) {
+    for (const Colouring::Class& colour : colouring.classes) {
+      const Index begin = colouring.chunks[colour.first].first,
+                  size = colouring.chunks[colour.last - 1].last - begin;
+      const Index first = begin + size * thread / n_threads, last = begin + size * (thread + 1) / n_threads;
+      for (Index k = colour.first; k < colour.last; ++k) {
+        const auto& chunk = colouring.chunks[k];
+        if (colour.shared ? chunk.first >= first && chunk.first < last : thread == 0) visit(k);
+      }
+#ifdef _OPENMP
+#pragma omp barrier
+#endif
+    }
+  };
+#ifdef _OPENMP
+  if (threads.count > 1) {
+#pragma omp parallel num_threads(threads.count)
+    work(omp_get_thread_num(), omp_get_num_threads());
+    return;
+  }
+#else
+  (void)threads;
+#endif
+  work(0, 1);
 }
 
 }  // namespace jampack

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#ifdef _OPENMP
-#include <omp.h>
-#endif
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -76,34 +72,13 @@ class GaussSeidelSweeps {
 
  private:
   double coloured_sweep(Eigen::VectorXd& r, double relaxation) {
-#ifdef _OPENMP
-    if (threads_.count > 1) {
-#pragma omp parallel num_threads(threads_.count)
-      visit_classes(r, relaxation, omp_get_thread_num(), omp_get_num_threads());
-    } else
-#endif
-      visit_classes(r, relaxation, 0, 1);
+    for_each_chunk(colouring_, threads_, [&](Index k) {
+      const auto& chunk = colouring_.chunks[k];
+      changed_[k] = kernel_.visit(order_.data() + chunk.first, order_.data() + chunk.last, r, relaxation);
+    });
     double changed = 0;  // summed in the order of the chunks, whoever visited them
     for (const double x : changed_) changed += x;
     return changed;
-  }
-
-  // One thread's part of a sweep. All threads meet after each class.
-  void visit_classes(Eigen::VectorXd& r, double relaxation, Index thread, Index n_threads) {
-    for (const Colouring::Class& colour : colouring_.classes) {
-      const Index begin = colouring_.chunks[colour.first].first,
-                  size = colouring_.chunks[colour.last - 1].last - begin;
-      const Index first = begin + size * thread / n_threads, last = begin + size * (thread + 1) / n_threads;
-      for (Index k = colour.first; k < colour.last; ++k) {
-        const auto& chunk = colouring_.chunks[k];
-        const bool mine = colour.shared ? chunk.first >= first && chunk.first < last : thread == 0;
-        if (mine)
-          changed_[k] = kernel_.visit(order_.data() + chunk.first, order_.data() + chunk.last, r, relaxation);
-      }
-#ifdef _OPENMP
-#pragma omp barrier
-#endif
-    }
   }
 
   ContactKernel<Problem> kernel_;

@@ -7,9 +7,9 @@
 
 namespace jampack {
 
-/// The matrix A W + C of a Newton step on contacts, with A and C block diagonal, and its factors. A contact
-/// takes part with its first n_rows unknowns: 0 where it is open, 1 without friction, else N. W is held as
-/// stored blocks; what is known of its structure may be used instead (solver/grain_newton_matrix.hpp).
+/// Solves with the matrix A W + C of a Newton step on contacts, A and C block diagonal. A contact takes part
+/// with its first n_rows unknowns: 0 where it is open, 1 without friction, else N. W is held as stored
+/// blocks; what is known of its structure may be used instead (solver/grain_newton_matrix.hpp).
 template <class Delassus>
 class NewtonMatrix {
  public:
@@ -22,14 +22,16 @@ class NewtonMatrix {
   /// `w` must outlive the matrix.
   explicit NewtonMatrix(const Stored& w, Threads = {}) : w_(w) { lu_.analyse(symmetric_pattern(w)); }
 
-  /// False if it cannot be solved with.
-  bool factorise(const Array<int>& n_rows, const Array<Block>& a, const Array<Block>& constant) {
+  /// x, the right-hand side, becomes the solution; unknowns that do not take part stay as they are. False,
+  /// with x of no use, if the matrix cannot be solved with.
+  bool solve(const Array<int>& n_rows, const Array<Block>& a, const Array<Block>& constant,
+             Eigen::VectorXd& x) {
     const auto part = [&](const Block& block, Index c, Index d) {
       Block kept = Block::Zero();
       kept.topLeftCorner(n_rows[c], n_rows[d]) = block.topLeftCorner(n_rows[c], n_rows[d]);
       return kept;
     };
-    return lu_.factorise([&](Index c, auto add) {
+    const bool factorised = lu_.factorise([&](Index c, auto add) {
       Block rest = Block::Identity();
       rest.topLeftCorner(n_rows[c], n_rows[c]) = constant[c].topLeftCorner(n_rows[c], n_rows[c]);
       add(c, rest);
@@ -38,10 +40,9 @@ class NewtonMatrix {
         if (n_rows[d] > 0) add(d, part(a[c] * block, c, d));
       });
     });
+    if (factorised) lu_.solve(x);
+    return factorised && x.allFinite();
   }
-
-  /// x, the right-hand side, becomes the solution; unknowns that do not take part stay as they are.
-  void solve(Eigen::VectorXd& x) const { lu_.solve(x); }
 
  private:
   const Stored& w_;

@@ -35,7 +35,7 @@ struct ProximalNewton {
       RegularisedProblem<Matrix, typename Problem::LawType::Contact> step(
           w, problem.free_velocity, problem.law, iterate.rho(), threads);
       step.regularise(0, r);
-      for (Index k = 0; k < first_sweeps; ++k) step.sweep(r);
+      step.sweep(r, first_sweeps);
       iterate.judge(r);
       Workspace work(r.size());
       double alpha = regularisation;
@@ -86,7 +86,7 @@ struct ProximalNewton {
       ++n_newton;
       if (step.newton_step(r, work.u, work.dr) && search(step, r, work, error)) continue;
       ++failures;
-      for (Index sweep = 0; sweep < recovery; ++sweep) step.sweep(r);
+      step.sweep(r, recovery);
       step.velocity(r, work.u);
       error = step.error(r, work.u);
     }
@@ -99,7 +99,7 @@ struct ProximalNewton {
     for (double length = 1; length > 0.05; length *= 0.5) {
       work.trial = r + length * work.dr;
       step.project(work.trial);
-      for (Index k = 0; k < smoothing; ++k) step.sweep(work.trial);
+      step.sweep(work.trial, smoothing);
       step.velocity(work.trial, work.trial_u);
       const double trial_error = step.error(work.trial, work.trial_u);
       if (!(trial_error < (1 - 0.1 * length) * error)) continue;

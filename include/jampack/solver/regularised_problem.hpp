@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <jampack/problem/grain_compliance_delassus.hpp>
+#include <jampack/solver/colouring.hpp>
 #include <jampack/solver/local_solver.hpp>
 #include <jampack/solver/newton_matrix.hpp>
 #include <memory>
@@ -35,7 +38,9 @@ class RegularisedProblem {
         motion_(w.motion(centre_)),
         n_rows_(n_),
         factor_(n_),
-        constant_(n_) {}
+        constant_(n_) {
+    if constexpr (by_colour) colouring_ = colour_contacts(w);
+  }
 
   /// Fixes alpha >= 0 and the centre.
   void regularise(double alpha, const Eigen::VectorXd& centre) {
@@ -65,15 +70,16 @@ class RegularisedProblem {
     return std::sqrt(sum);
   }
 
-  void sweep(Eigen::VectorXd& r) {
+  void sweep(Eigen::VectorXd& r, Index n_sweeps) {
     motion_ = w_.motion(r);
-    for (Index c = 0; c < n_; ++c) {
-      const Vec old = r.template segment<N>(N * c);
-      const Vec next = local_[c].solve(law_[c], Vec(w_.velocity(motion_, r, c) + rest(r, c)), old);
-      if (next == old) continue;
-      r.template segment<N>(N * c) = next;
-      w_.change(motion_, c, Vec(next - old));
-    }
+    for (Index k = 0; k < n_sweeps; ++k)
+      if constexpr (by_colour)
+        for_each_chunk(colouring_, threads_, [&](Index chunk) {
+          const auto& [first, last] = colouring_.chunks[chunk];
+          for (Index i = first; i < last; ++i) update(colouring_.order[i], r);
+        });
+      else
+        for (Index c = 0; c < n_; ++c) update(c, r);
   }
 
   void project(Eigen::VectorXd& r) const {
@@ -104,12 +110,21 @@ class RegularisedProblem {
       if (kept > 0)
         dr.template segment<N>(N * c).head(kept) += (factor_[c] * lost.template segment<N>(N * c)).head(kept);
     }
-    if (!matrix_->factorise(n_rows_, factor_, constant_)) return false;
-    matrix_->solve(dr);
-    return dr.allFinite();
+    return matrix_->solve(n_rows_, factor_, constant_, dr);
   }
 
  private:
+  /// Between deformable grains sweeps go by colour, as an update takes long enough to share them out.
+  static constexpr bool by_colour = std::is_same_v<Stored, GrainComplianceDelassus<N>>;
+
+  void update(Index c, Eigen::VectorXd& r) {
+    const Vec old = r.template segment<N>(N * c);
+    const Vec next = local_[c].solve(law_[c], Vec(w_.velocity(motion_, r, c) + rest(r, c)), old);
+    if (next == old) return;
+    r.template segment<N>(N * c) = next;
+    w_.change(motion_, c, Vec(next - old));
+  }
+
   /// What velocity has besides W r.
   Vec rest(const Eigen::VectorXd& r, Index c) const {
     return q_.template segment<N>(N * c) +
@@ -163,6 +178,7 @@ class RegularisedProblem {
   Eigen::VectorXd centre_;
   Array<LocalSolver<N>> local_;
   typename Stored::Motion motion_;
+  Colouring colouring_;
   Array<int> n_rows_;  ///< of each contact in the linear system
   Array<Block> factor_, constant_;
   std::unique_ptr<Matrix> matrix_;

@@ -38,20 +38,22 @@ class AugmentedBalance {
   double contact_residual = 0;  ///< scaled residual of the contact law
   double round_off = 0;         ///< what residual_norm cannot fall below
 
-  /// Starts a step of duration h from the packing's state, at a first guess for its end. False when no shape
-  /// without inverted cells is at hand.
-  bool begin(const Packing& packing, double h) {
+  /// Starts a step of duration h from the packing's state; the first guess for its end is that state, or
+  /// where the grains would fly. False when no shape without inverted cells is at hand.
+  bool begin(const Packing& packing, double h, bool fly = true) {
     h_ = h;
     const Index n = packing.grains.size();
     for (auto* nodal : {&x, &force, &residual, &old_force_, &contact_nodal_}) nodal->resize(n);
     tangent.resize(n);
     for (Index g = 0; g < n; ++g) {
       const auto& grain = packing.grains[g];
+      x[g] = grain.position;
+      if (theta < 1) grain.internal_force(*packing.model, grain.position, old_force_[g]);
+      if (!fly) continue;
       // What flies far in the step is not expected to get there.
       const double flight = h * std::sqrt(grain.velocity.colwise().squaredNorm().maxCoeff());
       const double most = 0.02 * grain.diameter;
-      x[g] = grain.position + h * std::min(1.0, most / std::max(flight, most)) * grain.velocity;
-      if (theta < 1) grain.internal_force(*packing.model, grain.position, old_force_[g]);
+      x[g] += h * std::min(1.0, most / std::max(flight, most)) * grain.velocity;
     }
     if (linearise(packing)) return true;
     for (Index g = 0; g < n; ++g) x[g] = packing.grains[g].position;

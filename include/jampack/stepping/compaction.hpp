@@ -81,7 +81,7 @@ class Compaction {
   /// A step of exactly this strain; false when it did not converge.
   bool try_step(double size) {
     const double scale = std::exp(-size / Dim) * packing.room.scale;
-    if (!step_to(scale, duration(size), [&] { start_flow(); })) return false;
+    if (!step_to(scale, duration(size), [&] { return start_flow(); })) return false;
     if (report.iterations <= options.easy_iterations)
       strain =
           std::max(strain, std::min((report.iterations <= options.easy_iterations / 2 ? 2.0 : 1.3) * size,
@@ -102,6 +102,7 @@ class Compaction {
       if (grain_imbalance(network()) <= options.settled) return true;
       const bool converged = step_to(packing.room.scale, h, [&] {
         for (auto& grain : packing.grains) grain.velocity.setZero();
+        return FirstGuess::rest;
       });
       if (converged) {
         if (report.iterations <= options.easy_iterations)
@@ -121,17 +122,18 @@ class Compaction {
   }
 
   /// One step of duration h in which the room's scale goes to `scale`, and what is kept of it; `prepare` may
-  /// change velocities first. False, with the packing as it was, when it did not converge.
+  /// change velocities first, and returns the first guess. False, with the packing as it was, when it did not
+  /// converge.
   template <class Prepare>
   bool step_to(double scale, double h, Prepare prepare) {
     Array<typename Packing::Nodal> position, velocity, unprepared;
     for (const auto& grain : packing.grains) unprepared.push_back(grain.velocity);
-    prepare();
+    const FirstGuess guess = prepare();
     for (const auto& grain : packing.grains) {
       position.push_back(grain.position);
       velocity.push_back(grain.velocity);
     }
-    report = step.advance(packing, h, scale);
+    report = step.advance(packing, h, scale, guess);
     n_iterations += report.iterations;
     if (!report.converged) {
       for (Index g = 0; g < packing.grains.size(); ++g) packing.grains[g].velocity = unprepared[g];
@@ -165,7 +167,7 @@ class Compaction {
   }
 
   /// Gives grains that were at rest the flow that goes with the closing walls.
-  void start_flow() {
+  FirstGuess start_flow() {
     const Vector<Dim>& origin = packing.room.centre;
     double flow = 0, size = 0;
     for (const auto& grain : packing.grains) {
@@ -174,11 +176,12 @@ class Compaction {
       size += r.squaredNorm();
     }
     const double rate = -wall_speed() / (packing.room.scale * mean_wall_distance());
-    if (flow < 0.5 * rate * size) return;
+    if (flow < 0.5 * rate * size) return FirstGuess::flight;
     for (auto& grain : packing.grains) {
       const Vector<Dim> missing = (rate - flow / std::max(size, 1e-300)) * (grain.centre() - origin);
       grain.velocity.colwise() += missing;
     }
+    return FirstGuess::rest;
   }
 };
 

@@ -45,13 +45,15 @@ class CondensedStep {
     });
   }
 
-  /// The contact problem of these contacts; `imbalance` is R0 of each grain.
+  /// The contact problem of these contacts; `imbalance` is R0 of each grain. Its products with W use the
+  /// factors: it is to be done with before they change, and not to outlive them.
   Problem problem(const Packing& packing, const Array<typename Boundary<Dim>::Sample>& samples,
                   const Array<Entry>& entries, const Array<Nodal>& imbalance, const Law& law) {
     const Index n_grains = packing.grains.size(), n = Dim * packing.n_nodes();
     Array<GrainCompliance<N>> grains(n_grains);
     pull_.resize(n_grains);
     sides_.assign(n_grains, {});
+    spreads_.assign(n_grains, {});
     for (Index c = 0; c < entries.size(); ++c) {
       const auto& contact = *entries[c].contact;
       grains[contact.candidate].contact.push_back(c);
@@ -71,9 +73,10 @@ class CondensedStep {
       pull_[g].col(N * m) = -Eigen::Map<const Eigen::VectorXd>(imbalance[g].data(), n);
       for (Index k = 0; k < m; ++k) {
         const auto& contact = *entries[grain.contact[k]].contact;
-        const auto axes = rows(contact);
+        const Eigen::Matrix<double, Dim, N> axes = rows(contact).transpose();
         const auto spread = [&](Index node, double weight) {
-          pull_[g].template block<Dim, N>(Dim * node, N * k) += weight * axes.transpose();
+          pull_[g].template block<Dim, N>(Dim * node, N * k) += weight * axes;
+          spreads_[g].push_back({grain.contact[k], node, grain.sign[k] * weight * axes});
         };
         if (grain.sign[k] > 0) {
           const auto& sample = samples[contact.sample];
@@ -96,8 +99,9 @@ class CondensedStep {
       for (Index k = 0; k < grains[g].contact.size(); ++k)
         q.template segment<N>(N * grains[g].contact[k]) +=
             grains[g].sign[k] * moved[g].template segment<N>(N * k);
-    return Problem(GrainComplianceDelassus<N>(entries.size(), std::move(grains)), std::move(q),
-                   std::move(laws));
+    GrainComplianceDelassus<N> delassus(entries.size(), std::move(grains));
+    delassus.use_product([this](const Eigen::VectorXd& r, Eigen::VectorXd& u) { apply(r, u); });
+    return Problem(std::move(delassus), std::move(q), std::move(laws));
   }
 
   /// The motion of all grains that goes with the reactions of the last problem().
@@ -122,9 +126,33 @@ class CondensedStep {
   }
 
  private:
+  /// How a contact's unknowns act on a node of the grain, the sign of its side included.
+  struct Spread {
+    Index contact, node;
+    Eigen::Matrix<double, Dim, N> axes;
+  };
+
+  /// u = W r, contacts -> nodes -> T^-1 -> contacts: the factors of a pressed grain are smaller than its part
+  /// of W.
+  void apply(const Eigen::VectorXd& r, Eigen::VectorXd& u) const {
+    Array<Eigen::VectorXd> moved(spreads_.size());
+    parallel_for(threads, moved.size(), [&](Index g) {
+      Eigen::VectorXd load = Eigen::VectorXd::Zero(pull_[g].rows());
+      for (const Spread& s : spreads_[g])
+        load.template segment<Dim>(Dim * s.node) += s.axes * r.template segment<N>(N * s.contact);
+      moved[g] = factor_[g].solve(load);
+    });
+    u.setZero(r.size());
+    for (Index g = 0; g < moved.size(); ++g)
+      for (const Spread& s : spreads_[g])
+        u.template segment<N>(N * s.contact) +=
+            s.axes.transpose() * moved[g].template segment<Dim>(Dim * s.node);
+  }
+
   Array<BlockCholesky<Dim>> factor_;
   Array<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> pull_;  ///< L^-1 H^T, L^-1 R0
   Array<std::pair<Array<Index>, Array<double>>> sides_;
+  Array<Array<Spread>> spreads_;  ///< of each grain
 };
 
 }  // namespace jampack

@@ -43,6 +43,7 @@ void press_to(Compaction<Packing, Law, Solver>& run, const PressOptions& options
         const Vector<Dim> flow = (shrink - 1) / h * (grain.centre() - packing.room.centre);
         grain.velocity.colwise() = flow;
       }
+      return FirstGuess::rest;
     });
     if (!converged) ++run.n_failed;
     return converged;

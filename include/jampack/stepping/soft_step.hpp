@@ -15,12 +15,18 @@ struct SoftStepOptions {
   double theta = 1;               ///< of the Moreau-Jean scheme, in [0.5, 1]
   double tolerance = 5e-7;        ///< on the equilibrium residual and on the scaled contact residual
   double fresh_tolerance = 6e-4;  ///< on both with contact detected afresh at the end of the step
-  int max_iterations = 60;        ///< condensed contact problems before the step is given up
+  int max_iterations = 120;       ///< condensed contact problems before the step is given up
   double penalty = 10;  ///< augmentation, in units of the stiffness of a surface layer one edge thick
   double contact_tolerance = 1e-2;  ///< of condensed contact problems, on their scaled residual
   double reach = 0.03;              ///< detection distance over the mean diameter
   double least_pressure = 1e-6;     ///< forces below this times Young's modulus and d^(Dim-1) are none
   Threads threads;
+};
+
+/// Where a step begins to look for its end.
+enum class FirstGuess {
+  flight,  ///< where the grains get with the velocities they have
+  rest,    ///< where they are: velocities that were given them tell nothing of what contacts will do
 };
 
 /// What one step cost and reached.
@@ -53,12 +59,13 @@ class SoftStep {
 
   /// Advances `packing` by h, the room's scale going to `new_scale`. On failure the packing and the
   /// contacts are as they were.
-  SoftStepReport advance(Packing& packing, double h, double new_scale) {
+  SoftStepReport advance(Packing& packing, double h, double new_scale,
+                         FirstGuess guess = FirstGuess::flight) {
     const auto saved = contacts;
     const double old_scale = std::exchange(packing.room.scale, new_scale);
     SoftStepReport report;
     try {
-      solve(packing, h, report);
+      solve(packing, h, guess, report);
     } catch (const NotConverged& error) {
       fail(report, error.what());
     }
@@ -77,7 +84,7 @@ class SoftStep {
   }
 
  private:
-  void solve(const Packing& packing, double h, SoftStepReport& report) {
+  void solve(const Packing& packing, double h, FirstGuess guess, SoftStepReport& report) {
     const double d = packing.mean_diameter();
     reach_ = options.reach * d;
     balance_.law = law;
@@ -88,7 +95,8 @@ class SoftStep {
     potential_round_off_ =
         1e-14 * packing.model->material.young * std::pow(d, Dim) * double(packing.grains.size());
     balance_.penalty = options.penalty;
-    if (!balance_.begin(packing, h)) return fail(report, "a cell is inverted at the start of the step");
+    if (!balance_.begin(packing, h, guess == FirstGuess::flight))
+      return fail(report, "a cell is inverted at the start of the step");
     last_move_ = std::numeric_limits<double>::infinity();
     mixing_.forget();
     contacts.find(packing, balance_.x, reach_, options.threads);
@@ -113,11 +121,9 @@ class SoftStep {
         return fail(report, "no balance after " + std::to_string(options.max_iterations) + " iterations");
       const bool new_frames = refreshed < frame_updates || last_move_ > frame_move;
       if (new_frames) ++refreshed;
-      // Far from balance, contact states change with the shapes: sweeps mostly do as well as exact answers,
-      // which in 2D cost little.
-      const bool far = Dim == 3 && balance_.equilibrium_residual() > 0.1;
-      if (!(far && iterate(packing, report, new_frames, true)) &&
-          !iterate(packing, report, new_frames, false))
+      // A contact problem not solved to the end may lead nowhere; in 2D its end is cheap.
+      constexpr Index quick = Dim == 3 ? 12 : 60, thorough = 200;
+      if (!iterate(packing, report, new_frames, quick) && !iterate(packing, report, new_frames, thorough))
         return fail(report, "no part of a move lowers the potential");
     }
   }
@@ -143,9 +149,9 @@ class SoftStep {
 
   /// The step that the condensed contact problem asks for, with its reactions as multipliers, as far as the
   /// potential falls; false when it falls nowhere along it: x is then as it was.
-  bool iterate(const Packing& packing, SoftStepReport& report, bool new_frames, bool only_sweeps) {
+  bool iterate(const Packing& packing, SoftStepReport& report, bool new_frames, Index max_sweeps) {
     Eigen::VectorXd dx;
-    solve_condensed(packing, report, only_sweeps, dx);
+    solve_condensed(packing, report, max_sweeps, dx);
     const auto start = balance_.x;
     balance_.hold_bounds(contacts, contacts.pairs.reaction);
     const double before = balance_.potential(packing, contacts);
@@ -190,7 +196,7 @@ class SoftStep {
 
   /// Solves the contact problem of the grains condensed on their contacts: its reactions become the
   /// multipliers, dx the motion that goes with them.
-  void solve_condensed(const Packing& packing, SoftStepReport& report, bool only_sweeps,
+  void solve_condensed(const Packing& packing, SoftStepReport& report, Index max_sweeps,
                        Eigen::VectorXd& dx) {
     using Condensed = CondensedStep<Packing, Law>;
     const double d = packing.mean_diameter();
@@ -222,7 +228,7 @@ class SoftStep {
           c < pair_of.size() ? pairs.force(pair_of[c]) : walls.force(wall_of[c - pair_of.size()]);
       r.template segment<N>(N * c) = Condensed::rows(*entries[c].contact) * force;
     }
-    report.sweeps += solve_contacts(packing, problem, entries, only_sweeps, r);
+    report.sweeps += solve_contacts(packing, problem, entries, max_sweeps, r);
     for (Index c = 0; c < entries.size(); ++c) {
       const ContactVector<N> local = r.template segment<N>(N * c);
       if (c >= pair_of.size())
@@ -236,15 +242,10 @@ class SoftStep {
   }
 
   /// Solves to a residual that counts in the step: measured with the stiffness of the surface, not with that
-  /// of the whole grain, and relative to the reactions, not to the open gaps; with `only_sweeps`, as far as a
-  /// hundred sweeps go. Returns the sweeps used.
+  /// of the whole grain, and relative to the reactions, not to the open gaps. Returns the sweeps used.
   template <class Problem, class Entries>
   Index solve_contacts(const Packing& packing, const Problem& problem, const Entries& entries,
-                       bool only_sweeps, Eigen::VectorXd& r) const {
-    if (only_sweeps) {
-      const GaussSeidel sweep{.stop = {.tolerance = 1e-14, .max_sweeps = 100}};
-      return sweep.solve(problem, r).sweeps;
-    }
+                       Index max_sweeps, Eigen::VectorXd& r) const {
     Array<double> stiffness;
     for (const auto& entry : entries)
       stiffness.push_back(balance_.contact_stiffness(packing, *entry.contact));
@@ -252,10 +253,9 @@ class SoftStep {
                                      options.contact_tolerance);
     Index sweeps = 0;
     Solver solver;
-    solver.stop.max_sweeps = Dim == 3 ? 6 : 60;
+    solver.stop.max_sweeps = max_sweeps;
     solver.stop.tolerance = options.contact_tolerance;
-    // Before a factorisation, which is dear in 3D.
-    if constexpr (Dim == 3 && requires { solver.first_sweeps; }) solver.first_sweeps = 100;
+    if constexpr (requires { solver.first_sweeps; }) solver.first_sweeps = 50;
     if constexpr (requires { solver.threads; }) solver.threads = options.threads;
     Eigen::VectorXd u;
     for (int k = 0; k < 5; ++k) {
@@ -269,6 +269,7 @@ class SoftStep {
                     .squaredNorm();
       left = std::sqrt(left) / std::max(r.norm(), balance_.least_force);
       if (left <= target || !solved.converged) break;
+      if constexpr (requires { solver.first_sweeps; }) solver.first_sweeps = 0;
       solver.stop.tolerance =
           std::max(1e-14, std::min(0.1 * solver.stop.tolerance, 0.5 * solved.residual * target / left));
     }
