@@ -51,6 +51,8 @@ class BlockCholesky {
     return true;
   }
 
+  Index n_stored() const { return value_.size(); }  ///< numbers that solve() reads, twice
+
   /// A^-1 b.
   Eigen::VectorXd solve(const Eigen::Ref<const Eigen::VectorXd>& b) const {
     const auto& order = structure_->order;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <jampack/problem/grain_compliance_delassus.hpp>
 #include <jampack/solver/colouring.hpp>

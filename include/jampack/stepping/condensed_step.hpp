@@ -100,7 +100,10 @@ class CondensedStep {
         q.template segment<N>(N * grains[g].contact[k]) +=
             grains[g].sign[k] * moved[g].template segment<N>(N * k);
     GrainComplianceDelassus<N> delassus(entries.size(), std::move(grains));
-    delassus.use_product([this](const Eigen::VectorXd& r, Eigen::VectorXd& u) { apply(r, u); });
+    Index in_factors = 0;
+    for (const auto& factor : factor_) in_factors += 2 * factor.n_stored();
+    if (delassus.n_stored() > in_factors)
+      delassus.use_product([this](const Eigen::VectorXd& r, Eigen::VectorXd& u) { apply(r, u); });
     return Problem(std::move(delassus), std::move(q), std::move(laws));
   }
 
@@ -132,8 +135,8 @@ class CondensedStep {
     Eigen::Matrix<double, Dim, N> axes;
   };
 
-  /// u = W r, contacts -> nodes -> T^-1 -> contacts: the factors of a pressed grain are smaller than its part
-  /// of W.
+  /// u = W r, contacts -> nodes -> T^-1 -> contacts: the factors of a grain that is well pressed are smaller
+  /// than its part of W.
   void apply(const Eigen::VectorXd& r, Eigen::VectorXd& u) const {
     Array<Eigen::VectorXd> moved(spreads_.size());
     parallel_for(threads, moved.size(), [&](Index g) {
