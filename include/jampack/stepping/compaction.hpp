@@ -62,14 +62,21 @@ class Compaction {
   }
   double pressure() const { return granular_pressure(network()); }
 
-  /// One accepted step of at most `largest` volumetric strain. Throws NotConverged, the packing being as
+  /// One accepted step of at most `largest` volumetric strain; where steps fail down to small ones the walls
+  /// are held first until the grains have settled. Throws NotConverged, the packing being as
   /// after the last accepted step, when the step has been cut below the smallest allowed.
   void advance(double largest = std::numeric_limits<double>::infinity()) {
-    for (;;) {
+    for (bool held = false;;) {
       const double size = std::min({strain, options.max_strain, largest});
       if (try_step(size)) return;
       strain = 0.5 * size;
       ++n_failed;
+      // A packing on its way down from an unstable equilibrium needs time, not strain.
+      if (strain < 1e-3 * options.max_strain && !held) {
+        held = true;
+        settle();
+        strain = options.first_strain;
+      }
       if (strain < options.min_strain)
         throw NotConverged("compaction: step " + std::to_string(n_steps + 1) + " at packing fraction " +
                            std::to_string(packing_fraction()) + " failed down to a strain of " +
