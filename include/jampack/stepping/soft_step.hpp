@@ -2,7 +2,6 @@
 #pragma once
 
 #include <jampack/solver/anderson.hpp>
-#include <jampack/solver/gauss_seidel.hpp>
 #include <jampack/solver/proximal_newton.hpp>
 #include <jampack/stepping/augmented_balance.hpp>
 #include <jampack/stepping/condensed_step.hpp>
