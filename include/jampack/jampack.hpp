@@ -7,6 +7,7 @@
 #include <jampack/core/dimension.hpp>
 #include <jampack/core/error.hpp>
 #include <jampack/core/parallel.hpp>
+#include <jampack/core/splitmix.hpp>
 
 #include <jampack/geometry/ball.hpp>
 #include <jampack/geometry/box.hpp>

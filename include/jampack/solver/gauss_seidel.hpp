@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <jampack/core/parallel.hpp>
+#include <jampack/core/splitmix.hpp>
 #include <jampack/solver/colouring.hpp>
 #include <jampack/solver/contact_kernel.hpp>
 #include <jampack/solver/contact_solver.hpp>
@@ -61,13 +62,8 @@ class GaussSeidelSweeps {
 
   void reverse() { std::reverse(order_.begin(), order_.end()); }
   void shuffle(std::uint64_t& state) {
-    for (Index i = order_.size() - 1; i > 0; --i) {
-      // splitmix64: the same order on every machine.
-      std::uint64_t z = (state += 0x9e3779b97f4a7c15u);
-      z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-      z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-      std::swap(order_[i], order_[static_cast<Index>((z ^ (z >> 31)) % static_cast<std::uint64_t>(i + 1))]);
-    }
+    for (Index i = order_.size() - 1; i > 0; --i)
+      std::swap(order_[i], order_[static_cast<Index>(splitmix(state) % static_cast<std::uint64_t>(i + 1))]);
   }
 
  private:

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <jampack/core/parallel.hpp>
+#include <jampack/core/splitmix.hpp>
 #include <jampack/problem/grain_compliance_delassus.hpp>
 #include <jampack/solver/contact_groups.hpp>
 #include <jampack/solver/gmres.hpp>
@@ -102,14 +103,10 @@ class GrainNewtonGmres {
     modes_.resize(w_.n_grains());
     parallel_for(threads_, w_.n_grains(), [&](Index grain) {
       if (n_modes(grain) == 0) return;
-      std::uint64_t state = 1;  // splitmix64: the same on every machine
-      const Eigen::MatrixXd probe =
-          Eigen::MatrixXd::NullaryExpr(w_.compliance(grain).cols(), n_modes(grain), [&] {
-            std::uint64_t z = (state += 0x9e3779b97f4a7c15u);
-            z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-            z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-            return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53 - 0.5;
-          });
+      std::uint64_t state = 1;
+      const Eigen::MatrixXd probe = Eigen::MatrixXd::NullaryExpr(
+          w_.compliance(grain).cols(), n_modes(grain),
+          [&] { return static_cast<double>(splitmix(state) >> 11) * 0x1p-53 - 0.5; });
       const Eigen::MatrixXd answer = w_.compliance(grain) * probe;
       Eigen::MatrixXd gram = probe.transpose() * answer;
       gram.diagonal().array() += 1e-12 * gram.trace();
