@@ -50,7 +50,7 @@ TEST_CASE("the residual is the gradient of the potential") {
   balance.least_force = 1e-9;
   balance.penalty = 3;
   REQUIRE(balance.begin(packing, 0.2));
-  contacts.find(packing, balance.x, 0.05, Threads{});
+  contacts.find(packing, balance.x, 0.05, SampleSet::all, Threads{});
   for (auto& force : contacts.pairs.reaction) force = Vector<2>(1e-2 * normal(random), 1e-2 * normal(random));
   balance.evaluate(packing, contacts);
   int sticks = 0, slides = 0;

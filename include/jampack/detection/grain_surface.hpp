@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <jampack/mesh/boundary_surface.hpp>
 
 namespace jampack {
@@ -56,37 +57,58 @@ class GrainSurface {
     return sample_point(sample, normal_).normalized();
   }
 
-  /// Projects x along the normal field, walking from face to face from `start`. The result says whether
-  /// it came to rest inside a face (`on_surface`); otherwise it is the last face's best effort.
+  /// Projects x along the normal field, walking from face to face from `start`. Where that leads nowhere or
+  /// deep inside, as it does beside a ridge when the walk ends on its far side, walks start on the faces
+  /// around too, and the solution of least |gap| is taken. The result says whether x lies above or below the
+  /// surface there (`on_surface`).
   Projection project(const Vector<Dim>& x, Index start) const {
+    constexpr double trusted_depth = 2e-3;  // over the diameter
+    Projection best = walk(x, start);
+    if (best.on_surface && best.gap > -trusted_depth * diameter_) return best;
+    for (const Index face : faces_around(start)) {
+      const Projection p = walk(x, face);
+      if (p.on_surface && (!best.on_surface || std::abs(p.gap) < std::abs(best.gap))) best = p;
+    }
+    return best;
+  }
+
+ private:
+  /// The faces within two of this one.
+  Array<Index> faces_around(Index face) const {
+    Array<Index> found{face};
+    Index first = 0;
+    for (int ring = 0; ring < 2; ++ring) {
+      const Index last = found.size();
+      for (; first < last; ++first)
+        for (const Index next : boundary_->neighbour[found[first]])
+          if (std::find(found.begin(), found.end(), next) == found.end()) found.push_back(next);
+    }
+    return found;
+  }
+
+  Projection walk(const Vector<Dim>& x, Index start) const {
     Projection p;
     p.face = start;
     p.xi.setConstant(1.0 / Dim);
     Index previous = -1;
-    for (int walk = 0; walk < 24; ++walk) {
+    for (int step = 0; step < 24; ++step) {
       const auto leave = solve_on_face(x, p);
       if (leave < 0) {
         p.on_surface = true;
         return p;
       }
       const Index next = boundary_->neighbour[p.face][std::size_t(leave)];
-      if (next == previous) {
-        // Back and forth across one side: the point belongs to that side within round-off.
-        clamp(p);
-        finish(x, p);
-        p.on_surface = true;
-        return p;
-      }
+      if (next == previous) break;  // the point belongs to the side between them, or to none of them
       previous = p.face;
       p.face = next;
       p.xi.setConstant(1.0 / Dim);
     }
     clamp(p);
-    finish(x, p);
+    const double beside = finish(x, p);
+    p.on_surface = beside < 1e-6 * diameter_;
     return p;
   }
 
- private:
   template <class Weights>
   static auto interpolate(const BoundaryFace<Dim>& face, const Weights& weight, const Nodal& field) {
     Eigen::Matrix<double, Dim, Weights::ColsAtCompileTime> sum;
@@ -142,12 +164,14 @@ class GrainSurface {
       if (const double sum = p.xi.sum(); sum > 1) p.xi /= sum;
   }
 
-  /// Normal and gap at the face coordinates as they stand.
-  void finish(const Vector<Dim>& x, Projection& p) const {
+  /// Normal and gap at the face coordinates as they stand; how far x lies beside that normal.
+  double finish(const Vector<Dim>& x, Projection& p) const {
     const auto& face = boundary_->faces[p.face];
     const auto shape = face_shape<Dim>(face.n_nodes, p.xi);
     p.normal = interpolate(face, shape.value, normal_).normalized();
-    p.gap = p.normal.dot(x - interpolate(face, shape.value, *position_));
+    const Vector<Dim> apart = x - interpolate(face, shape.value, *position_);
+    p.gap = p.normal.dot(apart);
+    return (apart - p.gap * p.normal).norm();
   }
 
   const Boundary<Dim>* boundary_ = nullptr;

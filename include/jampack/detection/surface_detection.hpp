@@ -11,6 +11,7 @@ namespace jampack {
 struct DetectionRange {
   double reach = 0;  ///< samples nearer than this to another surface are kept, length
   double depth = 0;  ///< and none deeper than this: beyond it a sample belongs to the other side, length
+  SampleSet samples = SampleSet::all;
 };
 
 namespace detail {
@@ -65,7 +66,7 @@ void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room
     const auto& surface = surfaces[a];
     std::sort(neighbours[a].begin(), neighbours[a].end());
     const auto& samples = surface.boundary().samples;
-    for (Index s = 0; s < samples.size(); ++s) {
+    for (Index s = 0; s < surface.boundary().n_samples(range.samples); ++s) {
       const Vector<Dim> x = surface.sample_point(samples[s], surface.position());
       const Vector<Dim> outward = surface.sample_normal(samples[s]);
       SurfaceContact<Dim> contact;

@@ -123,8 +123,11 @@ Compaction<Packing, Law, Solver> restored_compaction(const StoredState<Packing::
         contact.normal = state.room.normal[from.wall()];
         contact.gap = state.room.gap(from.wall(), x) + contact.slack;
       } else {
+        // The frame as it was: a projection started anew may end elsewhere.
         const auto& other = surfaces[from.antagonist];
-        contact.set(other, other.project(x, from.face));
+        typename GrainSurface<Dim>::Projection frame{from.face, from.xi, from.normal};
+        frame.gap = frame.normal.dot(x - other.point(frame.face, frame.xi));
+        contact.set(other, frame);
       }
       auto& reaction = set.reaction.emplace_back();
       reaction = from.reaction.head(reaction.size());

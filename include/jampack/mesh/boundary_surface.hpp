@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <jampack/core/error.hpp>
 #include <jampack/geometry/face_shape.hpp>
 #include <jampack/mesh/mesh.hpp>
@@ -8,6 +9,12 @@
 #include <utility>
 
 namespace jampack {
+
+/// Which samples of a surface are meant.
+enum class SampleSet {
+  coarse,  ///< nodes, and points that bound what happens between them
+  all,     ///< and the finer ones between all of those
+};
 
 /// The closed boundary surface of a reference mesh: what all grains cut from that mesh share.
 ///
@@ -31,15 +38,23 @@ struct Boundary {
   Array<std::array<Index, Dim>> neighbour;
   Array<Index> nodes;         ///< mesh indices of the boundary nodes
   Array<Index> face_of_node;  ///< one incident face of each mesh node, -1 inside
-  Array<Sample> samples;      ///< where non-penetration is enforced: all nodes, then points inside faces
-  double edge_length = 0;     ///< mean distance of neighbouring surface nodes, unit diameter
-  static constexpr double entry = 1e-3;    ///< slack of secondary samples, over the diameter
-  static constexpr double spacing = 0.16;  ///< largest side of the sub-faces they lie on, over the diameter
+  /// Where non-penetration is enforced: nodes, then points inside faces, then finer ones between all of them.
+  Array<Sample> samples;
+  Index n_coarse = 0;      ///< samples before the finer ones
+  double edge_length = 0;  ///< mean distance of neighbouring surface nodes, unit diameter
+  static constexpr double spacing =
+      0.16;                              ///< largest side of the sub-faces samples lie on, over the diameter
+  static constexpr double entry = 1e-3;  ///< slack of samples that are not primary, over the diameter
+  static constexpr double fine_entry = 3e-3;  ///< of the finer ones
 
   /// How far a sample may enter the other side, over the diameter: not at all for the nodes of the grain that
   /// leads; all other samples only bound what happens between those (docs/theory/deformable_stage.md,
   /// section 2).
-  double slack(Index sample, bool leads) const { return leads && sample < nodes.size() ? 0.0 : entry; }
+  double slack(Index sample, bool leads) const {
+    return leads && sample < nodes.size() ? 0.0 : sample < n_coarse ? entry : fine_entry;
+  }
+
+  Index n_samples(SampleSet set) const { return set == SampleSet::all ? samples.size() : n_coarse; }
 
   double node_area = 0;  ///< surface area (length in 2D) a node, unit diameter
 };
@@ -98,6 +113,26 @@ void link_neighbours(Boundary<Dim>& boundary) {
                             " sides belong to one face only; a grain needs a closed surface");
 }
 
+/// Samples at these points of every face. A point on a side belongs to the first of its two faces; one at a
+/// node is a sample already.
+template <int Dim>
+void add_face_samples(Boundary<Dim>& boundary, const Array<FaceCoordinates<Dim>>& points) {
+  for (Index f = 0; f < boundary.faces.size(); ++f) {
+    const auto& face = boundary.faces[f];
+    for (const auto& xi : points) {
+      bool is_own = true;
+      for (Index i = 0; i < face.n_nodes; ++i)
+        is_own = is_own && (xi - face_node_coordinates<Dim>(i)).norm() > 1e-9;
+      if constexpr (Dim == 3) {
+        const double b[] = {1 - xi.sum(), xi[0], xi[1]};
+        for (std::size_t k = 0; k < 3; ++k) is_own = is_own && (b[k] > 1e-9 || f < boundary.neighbour[f][k]);
+      }
+      if (is_own)
+        boundary.samples.push_back({f, xi, face.n_nodes, face.node, face_shape<Dim>(face.n_nodes, xi).value});
+    }
+  }
+}
+
 template <int Dim>
 void place_samples(Boundary<Dim>& boundary, double side) {
   using Sample = typename Boundary<Dim>::Sample;
@@ -116,22 +151,15 @@ void place_samples(Boundary<Dim>& boundary, double side) {
     sample.weight[0] = 1;
     boundary.samples.push_back(sample);
   }
-  const auto points = face_samples<Dim>(std::max<Index>(1, Index(std::ceil(side / Boundary<Dim>::spacing))));
-  for (Index f = 0; f < boundary.faces.size(); ++f) {
-    const auto& face = boundary.faces[f];
-    for (const auto& xi : points) {
-      // A point on a side belongs to the first of its two faces, a node is a sample already.
-      bool is_own = true;
-      for (Index i = 0; i < face.n_nodes; ++i)
-        is_own = is_own && (xi - face_node_coordinates<Dim>(i)).norm() > 1e-9;
-      if constexpr (Dim == 3) {
-        const double b[] = {1 - xi.sum(), xi[0], xi[1]};
-        for (std::size_t k = 0; k < 3; ++k) is_own = is_own && (b[k] > 1e-9 || f < boundary.neighbour[f][k]);
-      }
-      if (is_own)
-        boundary.samples.push_back({f, xi, face.n_nodes, face.node, face_shape<Dim>(face.n_nodes, xi).value});
-    }
-  }
+  const Index cuts = std::max<Index>(1, Index(std::ceil(side / Boundary<Dim>::spacing)));
+  const auto coarse = face_samples<Dim>(cuts);
+  Array<FaceCoordinates<Dim>> fine;
+  for (const auto& xi : face_samples<Dim>(2 * cuts))
+    if (std::none_of(coarse.begin(), coarse.end(), [&](const auto& p) { return (p - xi).norm() < 1e-9; }))
+      fine.push_back(xi);
+  add_face_samples(boundary, coarse);
+  boundary.n_coarse = boundary.samples.size();
+  add_face_samples(boundary, fine);
 }
 
 }  // namespace detail

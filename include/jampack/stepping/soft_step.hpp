@@ -98,7 +98,8 @@ class SoftStep {
       return fail(report, "a cell is inverted at the start of the step");
     last_move_ = std::numeric_limits<double>::infinity();
     mixing_.forget();
-    contacts.find(packing, balance_.x, reach_, options.threads);
+    // Where the first guess is far off, all finer samples would be hit.
+    contacts.find(packing, balance_.x, reach_, SampleSet::coarse, options.threads);
     balance_.evaluate(packing, contacts);
 
     constexpr int frame_updates = 8;     // new frames whatever grains move ...
@@ -136,7 +137,7 @@ class SoftStep {
   bool holds_afresh(const Packing& packing, SoftStepReport& report) {
     balance_.accept_forces(contacts);
     const auto solved = contacts;  // with the frames they were solved in
-    contacts.find(packing, balance_.x, reach_, options.threads);
+    contacts.find(packing, balance_.x, reach_, SampleSet::all, options.threads);
     const double penalty = std::exchange(balance_.penalty, 0.0);  // the forces as they are
     balance_.evaluate(packing, contacts);
     balance_.penalty = penalty;

@@ -7,7 +7,7 @@
 
 namespace jampack {
 
-/// The contacts that a step of a deformable packing watches, with their forces: all samples within reach of
+/// The contacts that a step of a deformable packing watches, with their forces: samples within reach of
 /// another grain or a wall. Their frames stay as they are until they are asked for again
 /// (docs/theory/deformable_stage.md, sections 2 and 5).
 template <class Packing, ContactLaw Law>
@@ -20,25 +20,28 @@ class WatchedContacts {
   SurfaceContacts<Dim, N> pairs;  ///< grain against grain
   SurfaceContacts<Dim, 1> walls;  ///< grain against wall
 
-  /// Detects anew at positions x all that is nearer than `reach` (length); forces stay with their contacts.
-  void find(const Packing& packing, const Array<Nodal>& x, double reach, Threads threads) {
+  /// Detects anew at positions x all of these samples that are nearer than `reach` (length); forces stay with
+  /// their contacts.
+  void find(const Packing& packing, const Array<Nodal>& x, double reach, SampleSet samples, Threads threads) {
     update_surfaces(packing, x, threads);
     Array<SurfaceContact<Dim>> found_pairs, found_walls;
-    detect(surfaces_, packing.room, DetectionRange{reach, 0.1 * packing.mean_diameter()}, threads,
+    detect(surfaces_, packing.room, DetectionRange{reach, 0.1 * packing.mean_diameter(), samples}, threads,
            found_pairs, found_walls);
     replace_contacts(pairs, found_pairs);
     replace_contacts(walls, found_walls);
     detected_at_ = x;
+    detected_ = samples;
     project(packing, x, threads);
   }
 
-  /// New frames at x; new contacts too where a node has moved far since they were found.
+  /// New frames at x; new contacts too where a node has moved far since they were found, or only coarse
+  /// samples were looked at.
   void refresh(const Packing& packing, const Array<Nodal>& x, double reach, Threads threads) {
     double moved = 0;
     for (Index g = 0; g < x.size(); ++g)
       moved = std::max(moved, (x[g] - detected_at_[g]).colwise().norm().maxCoeff());
-    if (moved > 0.3 * reach) {
-      find(packing, x, reach, threads);
+    if (moved > 0.3 * reach || detected_ != SampleSet::all) {
+      find(packing, x, reach, SampleSet::all, threads);
     } else {
       update_surfaces(packing, x, threads);
       project(packing, x, threads);
@@ -86,7 +89,13 @@ class WatchedContacts {
         const auto& other = surfaces_[contact.antagonist];
         const Vector<Dim> point =
             surfaces_[contact.candidate].sample_point(samples[contact.sample], x[contact.candidate]);
-        contact.set(other, other.project(point, contact.face));
+        const auto p = other.project(point, contact.face);
+        // A sample that is not opposite the other grain any more keeps the plane it was held at.
+        if (p.on_surface)
+          contact.set(other, p);
+        else
+          contact.gap =
+              contact.normal.dot(point - contact.antagonist_point(x[contact.antagonist])) + contact.slack;
       }
     });
   }
@@ -108,6 +117,7 @@ class WatchedContacts {
 
   Array<GrainSurface<Dim>> surfaces_;
   Array<Nodal> detected_at_;
+  SampleSet detected_ = SampleSet::all;
 };
 
 }  // namespace jampack
