@@ -180,7 +180,7 @@ class Audit {
     const double d = state_.grains[grain].diameter;
     const bool leads = antagonist < 0 || d < state_.grains[antagonist].diameter ||
                        (d == state_.grains[antagonist].diameter && grain < antagonist);
-    return leads && sample < boundary_.nodes.size() ? 0.0 : Boundary<Dim>::entry * d;
+    return boundary_.slack(sample, leads) * d;
   }
 
   /// The frame a stored contact was solved in, with the gap of x in it.
