@@ -16,6 +16,7 @@
 #include <jampack/geometry/frame.hpp>
 #include <jampack/geometry/half_space.hpp>
 #include <jampack/geometry/orientation.hpp>
+#include <jampack/geometry/solid_angle.hpp>
 
 #include <jampack/mesh/ball_mesh.hpp>
 #include <jampack/mesh/boundary.hpp>

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <algorithm>
+#include <jampack/geometry/solid_angle.hpp>
 #include <jampack/mesh/boundary_surface.hpp>
+#include <limits>
+#include <utility>
 
 namespace jampack {
 
@@ -57,18 +60,48 @@ class GrainSurface {
     return sample_point(sample, normal_).normalized();
   }
 
-  /// Projects x along the normal field, walking from face to face from `start`. Where that leads nowhere or
-  /// deep inside, as it does beside a ridge when the walk ends on its far side, walks start on the faces
-  /// around too, and the solution of least |gap| is taken. The result says whether x lies above or below the
-  /// surface there (`on_surface`).
-  Projection project(const Vector<Dim>& x, Index start) const {
-    constexpr double trusted_depth = 2e-3;  // over the diameter
-    Projection best = walk(x, start);
-    if (best.on_surface && best.gap > -trusted_depth * diameter_) return best;
-    for (const Index face : faces_around(start)) {
-      const Projection p = walk(x, face);
-      if (p.on_surface && (!best.on_surface || std::abs(p.gap) < std::abs(best.gap))) best = p;
+  /// The boundary node closest to a point, and its squared distance.
+  std::pair<Index, double> nearest_node(const Vector<Dim>& x) const {
+    std::pair<Index, double> best{-1, std::numeric_limits<double>::infinity()};
+    for (const Index i : boundary_->nodes)
+      if (const double d = (position_->col(i) - x).squaredNorm(); d < best.second) best = {i, d};
+    return best;
+  }
+
+  /// Is x inside? Exact but for points as near to the surface as a fifth of a face's side leaves its chord.
+  bool contains(const Vector<Dim>& x) const {
+    constexpr Index fine = 5;
+    constexpr double near = 0.3;  // over the diameter; beyond, a face seen as one piece does
+    double winding = 0;
+    for (Index f = 0; f < boundary_->faces.size(); ++f) {
+      const auto& face = boundary_->faces[f];
+      bool is_near = false;
+      for (Index i = 0; i < face.n_nodes; ++i)
+        is_near = is_near || (position_->col(face.node[std::size_t(i)]) - x).norm() < near * diameter_;
+      winding += winding_of_face(x, f, is_near ? fine : 1);
     }
+    return winding > 0.5;
+  }
+
+  /// Projects x along the normal field, walking from face to face from the nearest node. (3) of
+  /// docs/theory/deformable_stage.md can have several solutions: where the one found cannot be trusted, walks
+  /// start on the faces around too, and of the solutions on the side of the surface that x is on, that of
+  /// least |gap| is taken. The result says whether there is one (`on_surface`).
+  Projection project(const Vector<Dim>& x) const { return project(x, nearest_node(x).first); }
+  Projection project(const Vector<Dim>& x, Index nearest) const {
+    const double trusted = 2e-3 * diameter_;
+    const Index start = boundary_->face_of_node[nearest];
+    Projection best = walk(x, start);
+    const bool is_outside = normal_.col(nearest).dot(x - position_->col(nearest)) > 0;
+    if (best.on_surface && best.gap > -trusted && (best.gap < trusted || is_outside)) return best;
+    const double side = contains(x) ? -1 : 1;
+    const auto fits = [&](const Projection& p) { return p.on_surface && side * p.gap >= 0; };
+    for (const Index face : faces_around(start)) {
+      if (face == start) continue;
+      const Projection p = walk(x, face);
+      if (fits(p) && (!fits(best) || std::abs(p.gap) < std::abs(best.gap))) best = p;
+    }
+    best.on_surface = fits(best);
     return best;
   }
 
@@ -84,6 +117,29 @@ class GrainSurface {
           if (std::find(found.begin(), found.end(), next) == found.end()) found.push_back(next);
     }
     return found;
+  }
+
+  /// Of face f cut into n pieces a side, about x.
+  double winding_of_face(const Vector<Dim>& x, Index f, Index n) const {
+    const double side = 1 / double(n);
+    double winding = 0;
+    for (Index i = 0; i < n; ++i)
+      if constexpr (Dim == 2) {
+        const auto corner = [&](Index k) {
+          return Vector<2>(point(f, FaceCoordinates<2>(side * double(k))) - x);
+        };
+        winding += solid_angle<2>({corner(i), corner(i + 1)});
+      } else {
+        const auto corner = [&](Index k, Index l) {
+          return Vector<3>(point(f, side * FaceCoordinates<3>(double(k), double(l))) - x);
+        };
+        for (Index j = 0; i + j < n; ++j) {
+          winding += solid_angle<3>({corner(i, j), corner(i + 1, j), corner(i, j + 1)});
+          if (i + j + 1 < n)
+            winding += solid_angle<3>({corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)});
+        }
+      }
+    return winding;
   }
 
   Projection walk(const Vector<Dim>& x, Index start) const {

@@ -27,15 +27,6 @@ void add_bounding_ball(const GrainSurface<Dim>& surface, double slack, Balls<Dim
   balls.add(2 * (radius + slack), centre);
 }
 
-/// The boundary node closest to a point, and its squared distance.
-template <int Dim>
-std::pair<Index, double> nearest_node(const GrainSurface<Dim>& surface, const Vector<Dim>& point) {
-  std::pair<Index, double> best{-1, std::numeric_limits<double>::infinity()};
-  for (const Index i : surface.boundary().nodes)
-    if (const double d = (surface.position().col(i) - point).squaredNorm(); d < best.second) best = {i, d};
-  return best;
-}
-
 /// Of two grains the smaller, which has the finer mesh, leads: its nodes are held on the other's surface.
 template <int Dim>
 bool leads(const Array<GrainSurface<Dim>>& surfaces, Index a, Index b) {
@@ -45,9 +36,9 @@ bool leads(const Array<GrainSurface<Dim>>& surfaces, Index a, Index b) {
 
 }  // namespace detail
 
-/// All samples within range of another grain (`pairs`) or of a wall (`walls`), sorted by key. Grains that
-/// may touch come from an R-tree over their bounding balls; a sample starts its walk to its projection
-/// from the nearest node.
+/// The samples asked for that are within range of another grain (`pairs`) or of a wall (`walls`), sorted by
+/// key. Grains that may touch come from an R-tree over their bounding balls; a sample starts its walk to its
+/// projection from the nearest node.
 template <int Dim>
 void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room, const DetectionRange& range,
             Threads threads, Array<SurfaceContact<Dim>>& pairs, Array<SurfaceContact<Dim>>& walls) {
@@ -75,10 +66,10 @@ void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room
       for (const Index b : neighbours[a]) {
         if ((x - bounds.position[b]).norm() > 0.5 * bounds.diameter[b] + range.reach) continue;
         const auto& other = surfaces[b];
-        const auto [node, distance] = detail::nearest_node(other, x);
+        const auto [node, distance] = other.nearest_node(x);
         const double edge = other.boundary().edge_length * bounds.diameter[b];
         if (std::sqrt(distance) > range.reach + range.depth + 2 * edge) continue;
-        const auto p = other.project(x, other.boundary().face_of_node[node]);
+        const auto p = other.project(x, node);
         contact.slack = surface.boundary().slack(s, detail::leads(surfaces, a, b)) * surface.diameter();
         if (!p.on_surface || p.gap + contact.slack > range.reach || p.gap < -range.depth ||
             outward.dot(p.normal) > 0.5)

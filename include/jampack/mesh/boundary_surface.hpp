@@ -42,10 +42,9 @@ struct Boundary {
   Array<Sample> samples;
   Index n_coarse = 0;      ///< samples before the finer ones
   double edge_length = 0;  ///< mean distance of neighbouring surface nodes, unit diameter
-  static constexpr double spacing =
-      0.16;                              ///< largest side of the sub-faces samples lie on, over the diameter
-  static constexpr double entry = 1e-3;  ///< slack of samples that are not primary, over the diameter
-  static constexpr double fine_entry = 3e-3;  ///< of the finer ones
+  // Over the diameter: the largest side of the sub-faces that samples lie on, and how far samples that are
+  // not primary may enter, the finer ones farther.
+  static constexpr double spacing = 0.16, entry = 1e-3, fine_entry = 3e-3;
 
   /// How far a sample may enter the other side, over the diameter: not at all for the nodes of the grain that
   /// leads; all other samples only bound what happens between those (docs/theory/deformable_stage.md,

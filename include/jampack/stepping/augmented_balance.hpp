@@ -103,8 +103,8 @@ class AugmentedBalance {
     balance(packing, contacts);
   }
 
-  bool balanced(double tolerance) const {
-    return residual_norm <= tolerance * force_scale + round_off && contact_residual <= tolerance;
+  bool balanced(double tolerance, double contact_tolerance) const {
+    return residual_norm <= tolerance * force_scale + round_off && contact_residual <= contact_tolerance;
   }
   double equilibrium_residual() const { return residual_norm / force_scale; }
 

@@ -11,10 +11,11 @@ namespace jampack {
 
 /// How one implicit step is solved. docs/results/compaction.md says how the defaults came about.
 struct SoftStepOptions {
-  double theta = 1;               ///< of the Moreau-Jean scheme, in [0.5, 1]
-  double tolerance = 5e-7;        ///< on the equilibrium residual and on the scaled contact residual
-  double fresh_tolerance = 6e-4;  ///< on both with contact detected afresh at the end of the step
-  int max_iterations = 120;       ///< condensed contact problems before the step is given up
+  double theta = 1;                       ///< of the Moreau-Jean scheme, in [0.5, 1]
+  double tolerance = 5e-7;                ///< on the equilibrium residual and on the scaled contact residual
+  double fresh_tolerance = 6e-4;          ///< on the equilibrium residual with contact detected afresh
+  double fresh_contact_tolerance = 5e-3;  ///< on the scaled contact residual then
+  int max_iterations = 120;               ///< condensed contact problems before the step is given up
   double penalty = 10;  ///< augmentation, in units of the stiffness of a surface layer one edge thick
   double contact_tolerance = 1e-2;  ///< of condensed contact problems, on their scaled residual
   double reach = 0.03;              ///< detection distance over the mean diameter
@@ -104,19 +105,28 @@ class SoftStep {
 
     constexpr int frame_updates = 8;     // new frames whatever grains move ...
     const double frame_move = 1e-3 * d;  // ... and whenever they move by more
-    int refreshed = 0, rounds = 0;
+    constexpr int patience = 20;         // iterations near the end that bring nothing
+    int refreshed = 0, rounds = 0, without_gain = 0;
+    double least = std::numeric_limits<double>::infinity();
     for (;; ++report.iterations) {
       report.equilibrium_residual = balance_.equilibrium_residual();
       report.scaled_residual = balance_.contact_residual;
-      if (balance_.balanced(options.tolerance)) {
+      // Far from the end the residual says little: a packing on its way down passes larger ones.
+      const double left = std::max(report.equilibrium_residual, report.scaled_residual);
+      without_gain = left < least || left > 1e-3 ? 0 : without_gain + 1;
+      least = std::min(least, left);
+      if (balance_.balanced(options.tolerance, options.tolerance)) {
         if (holds_afresh(packing, report)) {
           report.converged = true;
           return;
         }
         if (++rounds == 4) return fail(report, "contact frames do not settle");
         refreshed = std::min(refreshed, frame_updates - 2);
+        least = std::numeric_limits<double>::infinity();
         balance_.evaluate(packing, contacts);
       }
+      if (without_gain == patience)
+        return fail(report, "no better balance in " + std::to_string(patience) + " iterations");
       if (report.iterations == options.max_iterations)
         return fail(report, "no balance after " + std::to_string(options.max_iterations) + " iterations");
       const bool new_frames = refreshed < frame_updates || last_move_ > frame_move;
@@ -142,7 +152,7 @@ class SoftStep {
     balance_.evaluate(packing, contacts);
     balance_.penalty = penalty;
     report.fresh = std::max(balance_.equilibrium_residual(), balance_.contact_residual);
-    if (!balance_.balanced(options.fresh_tolerance)) return false;
+    if (!balance_.balanced(options.fresh_tolerance, options.fresh_contact_tolerance)) return false;
     contacts = solved;
     return true;
   }

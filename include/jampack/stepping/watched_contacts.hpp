@@ -89,7 +89,7 @@ class WatchedContacts {
         const auto& other = surfaces_[contact.antagonist];
         const Vector<Dim> point =
             surfaces_[contact.candidate].sample_point(samples[contact.sample], x[contact.candidate]);
-        const auto p = other.project(point, contact.face);
+        const auto p = other.project(point);
         // A sample that is not opposite the other grain any more keeps the plane it was held at.
         if (p.on_surface)
           contact.set(other, p);
