@@ -71,13 +71,14 @@ class GrainSurface {
   /// Is x inside? Exact but for points as near to the surface as a fifth of a face's side leaves its chord.
   bool contains(const Vector<Dim>& x) const {
     constexpr Index fine = 5;
-    constexpr double near = 0.3;  // over the diameter; beyond, a face seen as one piece does
+    // Beyond, a face seen as one piece does.
+    const double near = 1.5 * boundary_->edge_length * diameter_;
     double winding = 0;
     for (Index f = 0; f < boundary_->faces.size(); ++f) {
       const auto& face = boundary_->faces[f];
       bool is_near = false;
       for (Index i = 0; i < face.n_nodes; ++i)
-        is_near = is_near || (position_->col(face.node[std::size_t(i)]) - x).norm() < near * diameter_;
+        is_near = is_near || (position_->col(face.node[std::size_t(i)]) - x).norm() < near;
       winding += winding_of_face(x, f, is_near ? fine : 1);
     }
     return winding > 0.5;
@@ -89,11 +90,13 @@ class GrainSurface {
   /// least |gap| is taken. The result says whether there is one (`on_surface`).
   Projection project(const Vector<Dim>& x) const { return project(x, nearest_node(x).first); }
   Projection project(const Vector<Dim>& x, Index nearest) const {
-    const double trusted = 2e-3 * diameter_;
+    constexpr double trusted_depth = 2e-3, trusted_height = 8e-3;  // over the diameter
     const Index start = boundary_->face_of_node[nearest];
     Projection best = walk(x, start);
     const bool is_outside = normal_.col(nearest).dot(x - position_->col(nearest)) > 0;
-    if (best.on_surface && best.gap > -trusted && (best.gap < trusted || is_outside)) return best;
+    if (best.on_surface && best.gap > -trusted_depth * diameter_ &&
+        (is_outside || best.gap < trusted_height * diameter_))
+      return best;
     const double side = contains(x) ? -1 : 1;
     const auto fits = [&](const Projection& p) { return p.on_surface && side * p.gap >= 0; };
     for (const Index face : faces_around(start)) {
