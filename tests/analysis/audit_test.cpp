@@ -239,7 +239,7 @@ TEST_CASE("the audit's projection is that of its definition, and the detection's
     const Vector<3> point = (0.49 + 0.02 * std::sin(k)) * along.normalized();
     const auto p = surface.project(point, 0.2);
     REQUIRE(p.face >= 0);
-    const auto q = other.project(point, p.face);
+    const auto q = other.project(point);
     if (!q.on_surface) continue;
     ++n_found;
     CHECK_THAT(p.gap, WithinAbs(q.gap, 1e-10));
