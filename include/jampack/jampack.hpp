@@ -107,7 +107,6 @@
 #include <jampack/solver/slip_direction.hpp>
 
 #include <jampack/stepping/augmented_balance.hpp>
-#include <jampack/stepping/augmented_force.hpp>
 #include <jampack/stepping/ball_law.hpp>
 #include <jampack/stepping/compaction.hpp>
 #include <jampack/stepping/condensed_step.hpp>

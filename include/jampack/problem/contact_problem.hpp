@@ -22,6 +22,9 @@ struct ContactProblem {
   Delassus delassus;              ///< W
   Eigen::VectorXd free_velocity;  ///< q, n_unknowns values a contact: the velocity without reactions
   Array<LocalLaw> law;            ///< one a contact
+  /// Step of the natural map at each contact, > 0, where whoever made the problem knows a better one than
+  /// N / tr W_cc; empty otherwise.
+  Array<double> step = {};
 
   /// Throws InvalidInput if the sizes do not fit, q or W_cc is not finite or friction is negative or NaN.
   ContactProblem(Delassus w, Eigen::VectorXd q, Array<LocalLaw> laws)

@@ -15,9 +15,10 @@ void contact_velocity(const Problem& problem, const Eigen::VectorXd& r, Eigen::V
 }
 
 /// The step of the natural map at each contact: rho_c = N / tr W_cc, and for a block of trace zero
-/// n / tr W (docs/theory/contact_solvers.md, eq. 5). With it the residual has no units.
+/// n / tr W (docs/theory/contact_solvers.md, eq. 5); or the problem's own. With it the residual has no units.
 template <class Problem>
 Array<double> natural_map_steps(const Problem& problem) {
+  if (!problem.step.empty()) return problem.step;
   constexpr int n = Problem::n_unknowns;
   Array<double> rho(problem.n_contacts());
   double total = 0;
@@ -42,7 +43,8 @@ ContactVector<N> natural_map(const LocalLaw& law, const ContactVector<N>& r, con
 
 /// scaled_residual from reactions and velocities u = W r + q at hand: root of the sum of squares of the
 /// natural map with the steps rho, over max(|r|, |rho q|); over |r| alone (unless r = 0) where `of_reactions`
-/// asks for that, a stricter measure where loads nearly cancel. Zero for an empty problem; NaN stays NaN.
+/// asks for that, a stricter measure where loads nearly cancel, or the steps are the problem's own. Zero for
+/// an empty problem; NaN stays NaN.
 template <class Problem>
 double scaled_residual(const Problem& problem, const Array<double>& rho, const Eigen::VectorXd& r,
                        const Eigen::VectorXd& u, bool of_reactions = false) {
@@ -54,7 +56,8 @@ double scaled_residual(const Problem& problem, const Array<double>& rho, const E
     reactions += rc.squaredNorm();
     loads += rho[c] * rho[c] * problem.free_velocity.template segment<n>(n * c).squaredNorm();
   }
-  const double scale = of_reactions && reactions > 0 ? reactions : std::max(reactions, loads);
+  const bool by_reactions = (of_reactions || !problem.step.empty()) && reactions > 0;
+  const double scale = by_reactions ? reactions : std::max(reactions, loads);
   return scale > 0 ? std::sqrt(error / scale) : std::sqrt(error);
 }
 

@@ -5,13 +5,12 @@
 #include <jampack/geometry/frame.hpp>
 #include <jampack/law/signorini.hpp>
 #include <jampack/problem/residual.hpp>
-#include <jampack/stepping/augmented_force.hpp>
 #include <jampack/stepping/watched_contacts.hpp>
 
 namespace jampack {
 
-/// Balance of momentum over one step under contact forces by the augmented Lagrangian
-/// (docs/theory/deformable_stage.md, eq. 6 to 8): residuals, and the potential that they derive from.
+/// Balance of momentum over one step under contact forces, and the potential of the augmented Lagrangian that
+/// judges moves towards it (docs/theory/deformable_stage.md, eq. 6 to 8).
 template <class Packing, ContactLaw Law>
 class AugmentedBalance {
  public:
@@ -24,7 +23,7 @@ class AugmentedBalance {
   Threads threads;
   double theta = 1;
   double least_force = 0;  ///< forces are measured against no less
-  double penalty = 0;      ///< in units of contact_stiffness(); 0: the multipliers themselves are the forces
+  double penalty = 0;      ///< of the potential, in units of contact_stiffness()
 
   Array<Nodal> x;                   ///< positions at the end of the step
   Array<Nodal> force;               ///< internal, at x
@@ -35,7 +34,8 @@ class AugmentedBalance {
   Array<Nodal> residual;        ///< of the balance of momentum, as forces
   double residual_norm = 0;     ///< its norm
   double force_scale = 0;       ///< norm of the nodal contact forces
-  double contact_residual = 0;  ///< scaled residual of the contact law
+  double contact_residual = 0;  ///< of the contact law, steps N / tr W_cc: the scaled residual
+  double surface_residual = 0;  ///< the same with the stiffness of the surface alone: larger
   double round_off = 0;         ///< what residual_norm cannot fall below
 
   /// Starts a step of duration h from the packing's state; the first guess for its end is that state, or
@@ -71,9 +71,10 @@ class AugmentedBalance {
     return std::all_of(good.begin(), good.end(), [](char ok) { return ok != 0; });
   }
 
-  /// Contact forces at x and what they leave of balance and contact law; writes the gaps of the contacts.
+  /// What the contact forces, the multipliers within their cones, leave of balance and contact law at x;
+  /// writes the gaps of the contacts.
   void evaluate(const Packing& packing, Contacts& contacts) {
-    double error = 0;
+    double error = 0, surface_error = 0;
     const auto visit = [&](auto& set, auto& trial, const auto& contact_law) {
       constexpr int M = std::decay_t<decltype(trial[0])>::RowsAtCompileTime;
       trial.resize(set.size());
@@ -81,17 +82,16 @@ class AugmentedBalance {
         auto& contact = set.contact[c];
         const Vector<Dim> s = contacts.displacement(packing, contact, x);
         contact.gap = contact.normal.dot(s);
-        const double k = contact_stiffness(packing, contact);
-        const AugmentedForce<Dim> augmented(set.force(c), s, contact.normal, contact_law.friction,
-                                            penalty * k);
+        const Vector<Dim> held = within_cone(set.force(c), contact.normal, contact_law.friction);
         if constexpr (M == 1)
-          trial[c][0] = augmented.open ? 0.0 : contact.normal.dot(augmented.force);
+          trial[c][0] = contact.normal.dot(held);
         else
-          trial[c] = augmented.force;
+          trial[c] = held;
         const Eigen::Matrix<double, M, Dim> axes = contact_frame<Dim>(contact.normal).template topRows<M>();
-        error += natural_map<M>(contact_law, ContactVector<M>(axes * augmented.force),
-                                ContactVector<M>(axes * s), k)
-                     .squaredNorm();
+        const ContactVector<M> r = axes * held, u = axes * s;
+        const double k = contact_stiffness(packing, contact), soft = 1 / k + mobility(packing, contact);
+        error += natural_map<M>(contact_law, r, u, 1 / soft).squaredNorm();
+        surface_error += natural_map<M>(contact_law, r, u, k).squaredNorm();
       }
     };
     visit(contacts.pairs, pair_force, law);
@@ -100,11 +100,13 @@ class AugmentedBalance {
     for (const auto& r : pair_force) size += r.squaredNorm();
     for (const auto& r : wall_force) size += r.squaredNorm();
     contact_residual = std::sqrt(error) / std::max(std::sqrt(size), least_force);
+    surface_residual = std::sqrt(surface_error) / std::max(std::sqrt(size), least_force);
     balance(packing, contacts);
   }
 
-  bool balanced(double tolerance, double contact_tolerance) const {
-    return residual_norm <= tolerance * force_scale + round_off && contact_residual <= contact_tolerance;
+  bool balanced(double tolerance, double surface_tolerance) const {
+    return residual_norm <= tolerance * force_scale + round_off && contact_residual <= tolerance &&
+           surface_residual <= surface_tolerance;
   }
   double equilibrium_residual() const { return residual_norm / force_scale; }
 
@@ -150,14 +152,20 @@ class AugmentedBalance {
   }
 
   /// What resists a force at one sample in a step: a surface layer one edge thick under the sample's area,
-  /// and the mass of a node. About N / tr W_cc, so that the contact residual measured with it is the scaled
-  /// one.
+  /// and the mass of a node.
   double contact_stiffness(const Packing& packing, const SurfaceContact<Dim>& contact) const {
     const auto& boundary = packing.model->boundary;
     const auto& grain = packing.grains[contact.candidate];
     const double size = Dim == 2 ? 1.0 : grain.diameter;
     const double layer = 8 * packing.model->material.young * boundary.node_area / boundary.edge_length * size;
     return layer + grain.mass.mean() / (theta * h_ * h_);
+  }
+
+  /// How far a force of one carries the grains of a contact in a step, as bodies that only translate.
+  double mobility(const Packing& packing, const SurfaceContact<Dim>& contact) const {
+    double sum = 1 / packing.grains[contact.candidate].mass.sum();
+    if (!contact.is_wall()) sum += 1 / packing.grains[contact.antagonist].mass.sum();
+    return theta * h_ * h_ * sum;
   }
 
   /// Imbalance of one grain without contact forces.
@@ -170,6 +178,15 @@ class AugmentedBalance {
   }
 
  private:
+  /// A force without its pull, its tangential part cut to the friction bound.
+  static Vector<Dim> within_cone(const Vector<Dim>& force, const Vector<Dim>& normal, double friction) {
+    const double pressing = normal.dot(force);
+    if (!(pressing > 0)) return Vector<Dim>::Zero();
+    const Vector<Dim> tangential = force - pressing * normal;
+    const double length = tangential.norm(), bound = friction * pressing;
+    return pressing * normal + (length <= bound ? 1.0 : bound / length) * tangential;
+  }
+
   /// theta K + M / (theta h^2) from K.
   void add_inertia(const Packing& packing, Index g, BlockMatrix<Dim>& k) const {
     const auto& pattern = packing.model->pattern;

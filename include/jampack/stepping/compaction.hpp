@@ -11,14 +11,14 @@ namespace jampack {
 
 /// How fast and in which steps a packing is pressed.
 struct CompactionOptions {
-  double kinetic_ratio = 1e-4;    ///< rho v0^2 / P, with v0 the speed of each wall
+  double kinetic_ratio = 1e-5;    ///< rho v0^2 / P, with v0 the speed of each wall
   double least_pressure = 1e-3;   ///< P / E that it reckons with where there is less
   double inertial_number = 1e-2;  ///< bound on I = v0 sqrt(rho / E)
   double first_strain = 1e-3;     ///< first volumetric strain step, -d ln V
   double max_strain = 0.01;       ///< largest step
   double min_strain = 1e-7;       ///< below this the compaction is given up
   int easy_iterations = 30;       ///< a step that needed no more may be followed by a larger one
-  double settled = 5e-4;          ///< imbalance of a grain, |sum F| / sum |F|, at which it has settled
+  double settled = 8e-4;          ///< imbalance of a grain, |sum F| / sum |F|, at which it has settled
   Index max_settling_steps = 60;  ///< before a packing is said not to settle
 };
 
