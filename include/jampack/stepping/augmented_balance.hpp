@@ -104,8 +104,8 @@ class AugmentedBalance {
     balance(packing, contacts);
   }
 
-  bool balanced(double tolerance, double surface_tolerance) const {
-    return residual_norm <= tolerance * force_scale + round_off && contact_residual <= tolerance &&
+  bool balanced(double tolerance, double scaled_tolerance, double surface_tolerance) const {
+    return residual_norm <= tolerance * force_scale + round_off && contact_residual <= scaled_tolerance &&
            surface_residual <= surface_tolerance;
   }
   double equilibrium_residual() const { return residual_norm / force_scale; }

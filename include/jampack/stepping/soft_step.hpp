@@ -12,7 +12,8 @@ namespace jampack {
 /// How one implicit step is solved. docs/results/compaction.md says how the defaults came about.
 struct SoftStepOptions {
   double theta = 1;                       ///< of the Moreau-Jean scheme, in [0.5, 1]
-  double tolerance = 8e-7;                ///< on the equilibrium residual and on the scaled contact residual
+  double tolerance = 8e-7;                ///< on the equilibrium residual
+  double scaled_tolerance = 8e-7;         ///< on the scaled contact residual
   double surface_tolerance = 2e-5;        ///< on the contact residual with the stiffness of the surface
   double fresh_tolerance = 6e-4;          ///< on the equilibrium residual with contact detected afresh
   double fresh_contact_tolerance = 5e-3;  ///< on that contact residual then
@@ -116,7 +117,7 @@ class SoftStep {
       const double left = std::max(report.equilibrium_residual, balance_.surface_residual);
       without_gain = left < least || left > 1e-3 ? 0 : without_gain + 1;
       least = std::min(least, left);
-      if (balance_.balanced(options.tolerance, options.surface_tolerance)) {
+      if (balance_.balanced(options.tolerance, options.scaled_tolerance, options.surface_tolerance)) {
         if (holds_afresh(packing, report)) {
           report.converged = true;
           return;
@@ -151,7 +152,8 @@ class SoftStep {
     contacts.find(packing, balance_.x, reach_, SampleSet::all, options.threads);
     balance_.evaluate(packing, contacts);
     report.fresh = std::max(balance_.equilibrium_residual(), balance_.surface_residual);
-    if (!balance_.balanced(options.fresh_tolerance, options.fresh_contact_tolerance)) return false;
+    constexpr double any = std::numeric_limits<double>::infinity();
+    if (!balance_.balanced(options.fresh_tolerance, any, options.fresh_contact_tolerance)) return false;
     contacts = solved;
     return true;
   }
@@ -256,8 +258,9 @@ class SoftStep {
   Index solve_contacts(const Problem& problem, Index max_sweeps, Eigen::VectorXd& r) const {
     const double surface = balance_.surface_residual;
     // What this residual may be for both measures of the law to hold.
-    const double enough = std::min(options.surface_tolerance,
-                                   options.tolerance * surface / std::max(balance_.contact_residual, 1e-300));
+    const double enough =
+        std::min(options.surface_tolerance,
+                 options.scaled_tolerance * surface / std::max(balance_.contact_residual, 1e-300));
     Solver solver;
     solver.stop.max_sweeps = max_sweeps;
     solver.stop.tolerance =
