@@ -16,9 +16,15 @@ void contact_velocity(const Problem& problem, const Eigen::VectorXd& r, Eigen::V
 
 /// The step of the natural map at each contact: rho_c = N / tr W_cc, and for a block of trace zero
 /// n / tr W (docs/theory/contact_solvers.md, eq. 5); or the problem's own. With it the residual has no units.
+/// Throws InvalidInput where the problem's own are not one a contact.
 template <class Problem>
 Array<double> natural_map_steps(const Problem& problem) {
-  if (!problem.step.empty()) return problem.step;
+  if (!problem.step.empty()) {
+    require(problem.step.size() == problem.n_contacts(),
+            "contact problem: " + std::to_string(problem.step.size()) + " steps of the natural map for " +
+                std::to_string(problem.n_contacts()) + " contacts");
+    return problem.step;
+  }
   constexpr int n = Problem::n_unknowns;
   Array<double> rho(problem.n_contacts());
   double total = 0;
