@@ -8,7 +8,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 build=build/tests
 jobs=${JOBS:-$(nproc)}
-cmake -S . -B $build -DCMAKE_BUILD_TYPE=Release -DJAMPACK_BUILD_EXAMPLES=OFF -DJAMPACK_BUILD_BENCH=OFF
+cmake -S . -B $build -DCMAKE_BUILD_TYPE=Release -DJAMPACK_BUILD_EXAMPLES=OFF -DJAMPACK_BUILD_BENCH=OFF \
+  -DJAMPACK_WERROR="${CI:-OFF}"
 cmake --build $build --parallel "$jobs" --target all all_verify_interface_header_sets
 ctest --test-dir $build --parallel "$jobs" --output-on-failure --no-tests=error "$@"
 echo "all tests passed"
