@@ -86,11 +86,12 @@ class GrainSurface {
 
   /// Projects x along the normal field, walking from face to face from the nearest node. (3) of
   /// docs/theory/deformable_stage.md can have several solutions: where the one found cannot be trusted, walks
-  /// start on the faces around too, and of the solutions on the side of the surface that x is on, that of
-  /// least |gap| is taken. The result says whether there is one (`on_surface`).
+  /// start on the faces around too, and of the solutions on the side of the surface that x is on, or nearer
+  /// than that side is known, that of least |gap| is taken. The result says whether there is one
+  /// (`on_surface`).
   Projection project(const Vector<Dim>& x) const { return project(x, nearest_node(x).first); }
   Projection project(const Vector<Dim>& x, Index nearest) const {
-    constexpr double trusted_depth = 2e-3, trusted_height = 8e-3;  // over the diameter
+    constexpr double trusted_depth = 2e-3, trusted_height = 8e-3, known_side = 3e-3;  // over the diameter
     const Index start = boundary_->face_of_node[nearest];
     Projection best = walk(x, start);
     const bool is_outside = normal_.col(nearest).dot(x - position_->col(nearest)) > 0;
@@ -98,7 +99,9 @@ class GrainSurface {
         (is_outside || best.gap < trusted_height * diameter_))
       return best;
     const double side = contains(x) ? -1 : 1;
-    const auto fits = [&](const Projection& p) { return p.on_surface && side * p.gap >= 0; };
+    const auto fits = [&](const Projection& p) {
+      return p.on_surface && side * p.gap >= -known_side * diameter_;
+    };
     for (const Index face : faces_around(start)) {
       if (face == start) continue;
       const Projection p = walk(x, face);

@@ -101,6 +101,7 @@ class SoftStep {
       return fail(report, "a cell is inverted at the start of the step");
     last_move_ = std::numeric_limits<double>::infinity();
     mixing_.forget();
+    contacts.begin_step();
     // Where the first guess is far off, all finer samples would be hit.
     contacts.find(packing, balance_.x, reach_, SampleSet::coarse, options.threads);
     balance_.evaluate(packing, contacts);

@@ -20,6 +20,9 @@ class WatchedContacts {
   SurfaceContacts<Dim, N> pairs;  ///< grain against grain
   SurfaceContacts<Dim, 1> walls;  ///< grain against wall
 
+  /// A step begins: no sample is set aside any more.
+  void begin_step() { jumps_.clear(); }
+
   /// Detects anew at positions x all of these samples that are nearer than `reach` (length); forces stay with
   /// their contacts.
   void find(const Packing& packing, const Array<Nodal>& x, double reach, SampleSet samples, Threads threads) {
@@ -27,25 +30,32 @@ class WatchedContacts {
     Array<SurfaceContact<Dim>> found_pairs, found_walls;
     detect(surfaces_, packing.room, DetectionRange{reach, 0.1 * packing.mean_diameter(), samples}, threads,
            found_pairs, found_walls);
+    const auto held = pairs;
     replace_contacts(pairs, found_pairs);
     replace_contacts(walls, found_walls);
     detected_at_ = x;
     detected_ = samples;
-    project(packing, x, threads);
+    // What detection did not find is here because it carries a force.
+    const auto less = [](const auto& p, const auto& q) { return p.key() < q.key(); };
+    project(packing, x, threads, [&](const auto& contact) {
+      return !std::binary_search(found_pairs.begin(), found_pairs.end(), contact, less);
+    });
+    set_aside(packing, x, held);
   }
 
-  /// New frames at x; new contacts too where a node has moved far since they were found, or only coarse
-  /// samples were looked at.
+  /// New frames at x for what may come to carry; new contacts too where a node has moved far since they were
+  /// found, or only coarse samples were looked at.
   void refresh(const Packing& packing, const Array<Nodal>& x, double reach, Threads threads) {
     double moved = 0;
     for (Index g = 0; g < x.size(); ++g)
       moved = std::max(moved, (x[g] - detected_at_[g]).colwise().norm().maxCoeff());
-    if (moved > 0.3 * reach || detected_ != SampleSet::all) {
-      find(packing, x, reach, SampleSet::all, threads);
-    } else {
-      update_surfaces(packing, x, threads);
-      project(packing, x, threads);
-    }
+    if (moved > 0.3 * reach || detected_ != SampleSet::all)
+      return find(packing, x, reach, SampleSet::all, threads);
+    const double near = 0.1 * reach;
+    const auto held = pairs;
+    update_surfaces(packing, x, threads);
+    project(packing, x, threads, [&](const auto& contact) { return held_gap(packing, contact, x) < near; });
+    set_aside(packing, x, held);
   }
 
   /// Of a contact in a step that ends at x: gap along the normal, slip across it (eq. 5).
@@ -79,25 +89,72 @@ class WatchedContacts {
     });
   }
 
-  /// Frames of the grain-grain contacts at x; those at walls do not change.
-  void project(const Packing& packing, const Array<Nodal>& x, Threads threads) {
+  Vector<Dim> sample_point(const Packing& packing, const SurfaceContact<Dim>& contact,
+                           const Array<Nodal>& x) const {
+    return surfaces_[contact.candidate].sample_point(packing.model->boundary.samples[contact.sample],
+                                                     x[contact.candidate]);
+  }
+
+  /// The gap at x along the frame as it is.
+  double held_gap(const Packing& packing, const SurfaceContact<Dim>& contact, const Array<Nodal>& x) const {
+    const Vector<Dim> apart =
+        sample_point(packing, contact, x) - contact.antagonist_point(x[contact.antagonist]);
+    return contact.normal.dot(apart) + contact.slack;
+  }
+
+  /// Frames at x of those grain-grain contacts that are chosen; those at walls do not change.
+  template <class Chosen>
+  void project(const Packing& packing, const Array<Nodal>& x, Threads threads, Chosen chosen) {
     constexpr Index chunk = 64;
-    const auto& samples = packing.model->boundary.samples;
     parallel_for(threads, (pairs.size() + chunk - 1) / chunk, [&](Index k) {
       for (Index c = k * chunk; c < std::min(pairs.size(), (k + 1) * chunk); ++c) {
         auto& contact = pairs.contact[c];
+        if (!chosen(contact)) continue;
         const auto& other = surfaces_[contact.antagonist];
-        const Vector<Dim> point =
-            surfaces_[contact.candidate].sample_point(samples[contact.sample], x[contact.candidate]);
-        const auto p = other.project(point);
+        const auto p = other.project(sample_point(packing, contact, x));
         // A sample that is not opposite the other grain any more keeps the plane it was held at.
         if (p.on_surface)
           contact.set(other, p);
         else
-          contact.gap =
-              contact.normal.dot(point - contact.antagonist_point(x[contact.antagonist])) + contact.slack;
+          contact.gap = held_gap(packing, contact, x);
       }
     });
+  }
+
+  /// Sets samples aside whose gap goes on jumping up and down as frames are renewed, `held` being the
+  /// contacts with the frames before: where a surface has folded, a sample is below one sheet of it and above
+  /// another, and has no gap that is continuous.
+  void set_aside(const Packing& packing, const Array<Nodal>& x, const SurfaceContacts<Dim, N>& held) {
+    constexpr int most = 4;
+    const double jump = 1e-3 * packing.mean_diameter();
+    Index h = 0;
+    for (const auto& contact : pairs.contact) {
+      while (h < held.size() && held.contact[h].key() < contact.key()) ++h;
+      if (h == held.size()) break;
+      if (held.contact[h].key() != contact.key()) continue;
+      const double before = held_gap(packing, held.contact[h], x);
+      if (!(std::abs(contact.gap - before) > jump && std::min(contact.gap, before) < jump)) continue;
+      const bool inward = contact.gap < before;
+      auto known =
+          std::find_if(jumps_.begin(), jumps_.end(), [&](const Jumps& j) { return j.key == contact.key(); });
+      if (known == jumps_.end()) {
+        jumps_.push_back({contact.key(), inward, 1});
+      } else if (known->inward != inward) {
+        known->inward = inward;
+        ++known->count;
+      }
+    }
+    if (std::none_of(jumps_.begin(), jumps_.end(), [](const Jumps& j) { return j.count >= most; })) return;
+    SurfaceContacts<Dim, N> kept;
+    for (Index c = 0; c < pairs.size(); ++c) {
+      const auto key = pairs.contact[c].key();
+      if (std::any_of(jumps_.begin(), jumps_.end(),
+                      [&](const Jumps& j) { return j.count >= most && j.key == key; }))
+        continue;
+      kept.contact.push_back(pairs.contact[c]);
+      kept.reaction.push_back(pairs.reaction[c]);
+    }
+    pairs = std::move(kept);
   }
 
   template <class Reactions, int M>
@@ -115,6 +172,14 @@ class WatchedContacts {
     }
   }
 
+  /// How often in this step the gap of a sample has jumped the other way than before.
+  struct Jumps {
+    decltype(SurfaceContact<Dim>().key()) key;
+    bool inward;
+    int count;
+  };
+
+  Array<Jumps> jumps_;
   Array<GrainSurface<Dim>> surfaces_;
   Array<Nodal> detected_at_;
   SampleSet detected_ = SampleSet::all;
