@@ -134,9 +134,7 @@ class SoftStep {
         return fail(report, "no balance after " + std::to_string(options.max_iterations) + " iterations");
       const bool new_frames = refreshed < frame_updates || last_move_ > frame_move;
       if (new_frames) ++refreshed;
-      // A contact problem not solved to the end may lead nowhere; in 2D its end is cheap.
-      constexpr Index quick = Dim == 3 ? 12 : 60, thorough = 200;
-      if (!iterate(packing, report, new_frames, quick) && !iterate(packing, report, new_frames, thorough))
+      if (!iterate(packing, report, new_frames))
         return fail(report, "no part of a move lowers the potential");
     }
   }
@@ -161,9 +159,9 @@ class SoftStep {
 
   /// The step that the condensed contact problem asks for, with its reactions as multipliers, as far as the
   /// potential falls; false when it falls nowhere along it: x is then as it was.
-  bool iterate(const Packing& packing, SoftStepReport& report, bool new_frames, Index max_sweeps) {
+  bool iterate(const Packing& packing, SoftStepReport& report, bool new_frames) {
     Eigen::VectorXd dx;
-    solve_condensed(packing, report, max_sweeps, dx);
+    solve_condensed(packing, report, dx);
     const auto start = balance_.x;
     balance_.hold_bounds(contacts, contacts.pairs.reaction);
     const double before = balance_.potential(packing, contacts);
@@ -208,8 +206,7 @@ class SoftStep {
 
   /// Solves the contact problem of the grains condensed on their contacts: its reactions become the
   /// multipliers, dx the motion that goes with them.
-  void solve_condensed(const Packing& packing, SoftStepReport& report, Index max_sweeps,
-                       Eigen::VectorXd& dx) {
+  void solve_condensed(const Packing& packing, SoftStepReport& report, Eigen::VectorXd& dx) {
     using Condensed = CondensedStep<Packing, Law>;
     const double d = packing.mean_diameter();
     auto& pairs = contacts.pairs;
@@ -241,7 +238,7 @@ class SoftStep {
     }
     for (const auto& entry : entries)
       problem.step.push_back(balance_.contact_stiffness(packing, *entry.contact));
-    report.sweeps += solve_contacts(problem, max_sweeps, r);
+    report.sweeps += solve_contacts(problem, r);
     for (Index c = 0; c < entries.size(); ++c) {
       const ContactVector<N> local = r.template segment<N>(N * c);
       if (c >= pair_of.size())
@@ -256,14 +253,15 @@ class SoftStep {
 
   /// Solves as far as the step's own residuals make it worth while. Returns the iterations used.
   template <class Problem>
-  Index solve_contacts(const Problem& problem, Index max_sweeps, Eigen::VectorXd& r) const {
+  Index solve_contacts(const Problem& problem, Eigen::VectorXd& r) const {
     const double surface = balance_.surface_residual;
     // What this residual may be for both measures of the law to hold.
     const double enough =
         std::min(options.surface_tolerance,
                  options.scaled_tolerance * surface / std::max(balance_.contact_residual, 1e-300));
     Solver solver;
-    solver.stop.max_sweeps = max_sweeps;
+    // Few problems need so many; one that is given up early leads nowhere, and takes the whole step with it.
+    solver.stop.max_sweeps = 200;
     solver.stop.tolerance =
         std::min(options.contact_tolerance,
                  std::max({0.1 * surface, 0.03 * balance_.equilibrium_residual(), 0.2 * enough}));
@@ -271,7 +269,7 @@ class SoftStep {
     if (const double size = r.norm(); size > 0)
       solver.stop.tolerance *=
           std::max(1.0, balance_.least_force / std::max(size, 1e-3 * balance_.least_force));
-    if constexpr (requires { solver.regularisation; }) solver.regularisation = 1;
+    if constexpr (requires { solver.regularisation; }) solver.regularisation = 0.1;
     if constexpr (requires { solver.threads; }) solver.threads = options.threads;
     return solver.solve(problem, r).sweeps;
   }
