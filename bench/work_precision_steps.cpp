@@ -30,7 +30,7 @@ namespace {
 
 struct Options {
   Index dimension = 2, grains = 20, cells = 100, seed = 1;
-  double until = 0.9, every = 0.02;
+  double until = 0.9, every = 0.005;
   std::string out = ".";
 };
 
