@@ -28,7 +28,7 @@ Rubber disk_on_disk(double tooth) {
   return packing;
 }
 
-/// The contacts between the disks after the upper one has rolled to and fro so many times.
+/// The contacts between the disks after the upper one has slid to and fro so many times.
 Index n_left(const Rubber& packing, Contacts& contacts, int times) {
   Array<Rubber::Nodal> x{packing.grains[0].position, packing.grains[1].position};
   contacts.find(packing, x, reach, SampleSet::all, Threads{});

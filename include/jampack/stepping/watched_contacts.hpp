@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <jampack/body/soft_packing.hpp>
 #include <jampack/detection/surface_detection.hpp>
 #include <jampack/law/contact_law.hpp>
