@@ -65,13 +65,7 @@ Curve compact(Run run, const Options& options) {
   const double start = jampack_bench::cpu_seconds();
   try {
     while (curve.phi.back() < options.until) {
-      const double target = curve.phi.back() + options.every;
-      double phi = curve.phi.back();
-      while (phi < target - 0.1 * options.every) {
-        const double strain = std::log(target / phi), wise = std::min(run.strain, run.options.max_strain);
-        run.advance(strain / std::ceil(strain / wise));
-        phi = run.packing_fraction();
-      }
+      run.advance_to(curve.phi.back() + options.every, 0.1 * options.every);
       run.settle();
       curve.phi.push_back(run.packing_fraction());
       curve.pressure.push_back(run.pressure());

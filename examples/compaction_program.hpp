@@ -123,7 +123,6 @@ class CompactionProgram {
     n_records_ = static_cast<Index>(kept("records"));
     seconds_before_ = kept("seconds");
     phi_ = kept("phi");
-    gain_ = kept("gain");
     pressure_ = kept("P_over_Estar");
     coordination_ = kept("Z");
     const auto source = std::filesystem::path(parameters_.resume).parent_path();
@@ -200,12 +199,17 @@ class CompactionProgram {
 
   std::map<std::string, std::string> stored_parameters() const {
     const auto& p = parameters_;
-    return {{"grains", to_text(p.grains)},   {"friction", to_text(p.friction)},
-            {"poisson", to_text(p.poisson)}, {"cells", to_text(p.cells)},
-            {"element", p.element},          {"seed", to_text(p.seed)},
-            {"every", to_text(p.every)},     {"records", to_text(n_records_)},
-            {"seconds", to_text(seconds())}, {"phi", to_text(phi_)},
-            {"gain", to_text(gain_)},        {"P_over_Estar", to_text(pressure_)},
+    return {{"grains", to_text(p.grains)},
+            {"friction", to_text(p.friction)},
+            {"poisson", to_text(p.poisson)},
+            {"cells", to_text(p.cells)},
+            {"element", p.element},
+            {"seed", to_text(p.seed)},
+            {"every", to_text(p.every)},
+            {"records", to_text(n_records_)},
+            {"seconds", to_text(seconds())},
+            {"phi", to_text(phi_)},
+            {"P_over_Estar", to_text(pressure_)},
             {"Z", to_text(coordination_)}};
   }
   double seconds() const { return seconds_before_ + clock_.seconds(); }
@@ -216,7 +220,9 @@ class CompactionProgram {
     std::string failure;
     try {
       while (phi_ < parameters_.until) {
-        advance_to(run, std::min(phi_ + parameters_.every, parameters_.until));
+        const double target = std::min(phi_ + parameters_.every, parameters_.until);
+        run.advance_to(target, target < parameters_.until ? 0.1 * parameters_.every : 0.0,
+                       [&](const Run& now) { show(now, now.packing_fraction()); });
         // Where it does not settle the record's grain_imbalance says so.
         if (run.pressure() > settled_above * preparation_stress)
           run.settle([&](const Run& settling) { show(settling, settling.packing_fraction()); });
@@ -239,22 +245,6 @@ class CompactionProgram {
                          {"Z", coordination_},
                          {"sweeps", double(run.report.sweeps)},
                          {"residual", run.report.scaled_residual}});
-  }
-
-  // Even steps, each at most as large as the run thinks wise, until phi is about reached: grains are
-  // compressible, and what the last step misses is not worth another.
-  void advance_to(Run& run, double target) {
-    double phi = phi_;
-    const double enough = target < parameters_.until ? target - 0.1 * parameters_.every : target;
-    while (phi < enough) {
-      const double strain = std::max(std::log(target / phi) / gain_, 1e-5);
-      const double wise = std::min(run.strain, run.options.max_strain);
-      const double scale = run.packing.room.scale, before = phi;
-      run.advance(strain / std::ceil(strain / wise));
-      phi = run.packing_fraction();
-      gain_ = std::clamp(std::log(phi / before) / (Dim * std::log(scale / run.packing.room.scale)), 0.2, 1.0);
-      show(run, phi);
-    }
   }
 
   double modulus() const { return reduced_modulus(1, parameters_.poisson); }
@@ -320,7 +310,6 @@ class CompactionProgram {
   Index n_records_ = 0;
   double seconds_before_ = 0;
   double phi_ = 0, pressure_ = 0, coordination_ = 0;  ///< of the last record
-  double gain_ = 1;                                   ///< growth of phi over strain, of the last step
 };
 
 /// Takes what was asked for when a run began from its checkpoint. Throws InvalidInput where the command line

@@ -46,6 +46,7 @@ struct StoredProgress {
   double strain = 0;         ///< size of the next step
   double last_duration = 0;  ///< h of the last accepted step; 0 before the first
   double last_pressure = 0;
+  double gain = 1;                                       ///< growth of ln phi over strain
   double equilibrium_residual = 0, scaled_residual = 0;  ///< as the stepper reported them
 };
 

@@ -16,7 +16,7 @@ using AnyStoredState = std::variant<StoredState<2>, StoredState<3>>;
 namespace detail {
 
 inline constexpr std::string_view checkpoint_magic = "JAMPACK\n";
-inline constexpr std::uint64_t checkpoint_version = 3;
+inline constexpr std::uint64_t checkpoint_version = 4;
 inline constexpr std::size_t checkpoint_header = 8 + 4 * 8;  // magic, version, dimension, length, checksum
 
 /// The order of everything in the file, once for writing and reading.
@@ -60,7 +60,7 @@ void visit_fields(Archive& archive, State& state) {
   archive.sequence(state.walls, contact_fields);
   auto& at = state.progress;
   all(at.n_steps, at.n_iterations, at.n_failed);
-  all(at.strain, at.last_duration, at.last_pressure, at.equilibrium_residual, at.scaled_residual);
+  all(at.strain, at.last_duration, at.last_pressure, at.gain, at.equilibrium_residual, at.scaled_residual);
   archive(state.parameters);
 }
 

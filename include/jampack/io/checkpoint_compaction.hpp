@@ -61,6 +61,7 @@ StoredState<Packing::dimension> stored_state(const Compaction<Packing, Law, Solv
                     compaction.strain,
                     compaction.last_duration,
                     compaction.last_pressure,
+                    compaction.gain,
                     compaction.report.equilibrium_residual,
                     compaction.report.scaled_residual};
   state.parameters = std::move(parameters);
@@ -142,6 +143,7 @@ Compaction<Packing, Law, Solver> restored_compaction(const StoredState<Packing::
   compaction.strain = at.strain;
   compaction.last_duration = at.last_duration;
   compaction.last_pressure = at.last_pressure;
+  compaction.gain = at.gain;
   compaction.report.converged = at.n_steps > 0;
   compaction.report.equilibrium_residual = at.equilibrium_residual;
   compaction.report.scaled_residual = at.scaled_residual;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <jampack/analysis/granular_stress.hpp>
 #include <jampack/analysis/soft_network.hpp>
 #include <jampack/body/surface_measure.hpp>
@@ -36,9 +38,11 @@ class Compaction {
   Index n_steps = 0;
   Index n_iterations = 0;
   Index n_failed = 0;
+  // What a resumed run needs:
   double strain = 0;         ///< size of the next step
   double last_duration = 0;  ///< h of the last accepted step
-  double last_pressure = 0;  ///< after it, >= 0; with `strain` and `last_duration` what a resumed run needs
+  double last_pressure = 0;  ///< after it, >= 0
+  double gain = 1;           ///< growth of ln phi over strain, of the last step of advance_to()
   SoftStepReport report;     ///< of the last accepted step
   /// Of each grain at the start of the last accepted step; empty before the first. For the audit.
   Array<typename Packing::Nodal> position_before, velocity_before;
@@ -83,6 +87,27 @@ class Compaction {
                            std::to_string(strain) + ": " + report.reason +
                            "; try a finer mesh, a smaller friction or a smaller --every");
     }
+  }
+
+  /// Even steps, each at most as large as is wise, until the packing fraction is at most `missing` below
+  /// `target`: grains are compressible, and what the last step misses need not be worth another.
+  /// `progress(run)` is called after each. Throws as advance() does.
+  template <class Progress>
+  void advance_to(double target, double missing, Progress&& progress) {
+    constexpr double least_gain = 0.2, least_strain = 1e-5;
+    for (double phi = packing_fraction(); phi < target - missing;) {
+      const double needed = std::max(std::log(target / phi) / gain, least_strain);
+      const double wise = std::min(strain, options.max_strain);
+      const double scale = packing.room.scale, before = phi;
+      advance(needed / std::ceil(needed / wise));
+      phi = packing_fraction();
+      gain =
+          std::clamp(std::log(phi / before) / (Dim * std::log(scale / packing.room.scale)), least_gain, 1.0);
+      progress(std::as_const(*this));
+    }
+  }
+  void advance_to(double target, double missing) {
+    advance_to(target, missing, [](const auto&) {});
   }
 
   /// A step of exactly this strain; false when it did not converge.
@@ -152,8 +177,12 @@ class Compaction {
     const auto& material = packing.model->material;
     const double most = 1e4 * packing.mean_diameter() * std::sqrt(material.density / material.young);
     double longest = most;  // what failed is tried again only little by little
-    for (Index k = 0; k < options.max_settling_steps && h > shortest; ++k) {
-      if (grain_imbalance(network()) <= options.settled) return true;
+    constexpr int aside_again = 4;
+    for (Index k = 0, aside = 0; k < options.max_settling_steps && h > shortest; ++k) {
+      // A sample that was set aside may find its place when little else moves.
+      const bool whole = !step.contacts.any_set_aside() || aside == aside_again;
+      if (!whole) ++aside;
+      if (whole && grain_imbalance(network()) <= options.settled) return true;
       const bool converged = step_to(packing.room.scale, h, [&] {
         for (auto& grain : packing.grains) grain.velocity.setZero();
         return FirstGuess::rest;

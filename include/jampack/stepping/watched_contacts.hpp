@@ -25,6 +25,11 @@ class WatchedContacts {
   /// A step begins: no sample is set aside any more.
   void begin_step() { jumps_.clear(); }
 
+  /// Was a sample set aside in the last step? Then it may be deeper than the law allows.
+  bool any_set_aside() const {
+    return std::any_of(jumps_.begin(), jumps_.end(), [](const Jumps& j) { return j.count >= most_jumps; });
+  }
+
   /// Detects anew at positions x all of these samples that are nearer than `reach` (length); forces stay with
   /// their contacts.
   void find(const Packing& packing, const Array<Nodal>& x, double reach, SampleSet samples, Threads threads) {
@@ -127,7 +132,6 @@ class WatchedContacts {
   /// contacts with the frames before: where a surface has folded, a sample is below one sheet of it and above
   /// another, and has no gap that is continuous.
   void set_aside(const Packing& packing, const Array<Nodal>& x, const SurfaceContacts<Dim, N>& held) {
-    constexpr int most = 4;
     const double jump = 1e-3 * packing.mean_diameter();
     Index h = 0;
     for (const auto& contact : pairs.contact) {
@@ -146,12 +150,12 @@ class WatchedContacts {
         ++known->count;
       }
     }
-    if (std::none_of(jumps_.begin(), jumps_.end(), [](const Jumps& j) { return j.count >= most; })) return;
+    if (!any_set_aside()) return;
     SurfaceContacts<Dim, N> kept;
     for (Index c = 0; c < pairs.size(); ++c) {
       const auto key = pairs.contact[c].key();
       if (std::any_of(jumps_.begin(), jumps_.end(),
-                      [&](const Jumps& j) { return j.count >= most && j.key == key; }))
+                      [&](const Jumps& j) { return j.count >= most_jumps && j.key == key; }))
         continue;
       kept.contact.push_back(pairs.contact[c]);
       kept.reaction.push_back(pairs.reaction[c]);
@@ -180,6 +184,7 @@ class WatchedContacts {
     bool inward;
     int count;
   };
+  static constexpr int most_jumps = 4;
 
   Array<Jumps> jumps_;
   Array<GrainSurface<Dim>> surfaces_;
