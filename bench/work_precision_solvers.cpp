@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Residual against CPU time, every solver on every problem, from a zero first guess, set-up counted.
+// Residual against CPU time, every solver on every problem, from a zero first guess and, where the file has
+// one, from its guess, set-up counted.
 //   work_precision_solvers FILE ...   text format (or FCLIB .hdf5): work_precision_solvers.csv and, where
 //                                     gnuplot is, one picture a problem
 //   work_precision_solvers            the hard problems with known answers: hard_problems.csv, a table
@@ -9,9 +10,6 @@
 #include <functional>
 #include <jampack/io/contact_problem_text.hpp>
 #include <jampack/io/csv_writer.hpp>
-#include <jampack/io/curve_picture.hpp>
-#include <jampack/solver/admm.hpp>
-#include <jampack/solver/default_solver.hpp>
 #include <string>
 #include <variant>
 #ifdef JAMPACK_WITH_HDF5
@@ -19,35 +17,18 @@
 #endif
 
 #include "../tests/solver/hard_problems.hpp"
-#include "measure.hpp"
+#include "solver_curves.hpp"
 
 using namespace jampack;
+using namespace jampack_bench;
 using namespace jampack_tests;
-using jampack_bench::cpu_seconds;
 
 namespace {
 
-constexpr double time_limit = 3;  // seconds for one solution
-const Array<std::string> solver_names = {
-    "default", "sweeps", "sweeps_symmetric", "sweeps_shuffled", "sweeps_coloured", "proximal_newton", "admm"};
-
-template <class Problem>
-SolveReport run(const std::string& name, double tolerance, const Problem& problem, Eigen::VectorXd& r) {
-  const StoppingCriterion stop{.tolerance = tolerance, .max_sweeps = 10000000, .time_limit = time_limit};
-  if (name == "sweeps") return GaussSeidel{.stop = stop}.solve(problem, r);
-  if (name == "sweeps_symmetric") return GaussSeidel{stop, SweepOrder::symmetric}.solve(problem, r);
-  if (name == "sweeps_shuffled") return GaussSeidel{stop, SweepOrder::shuffled}.solve(problem, r);
-  if (name == "sweeps_coloured") return GaussSeidel{stop, SweepOrder::coloured}.solve(problem, r);
-  if (name == "proximal_newton") return ProximalNewton{.stop = stop}.solve(problem, r);
-  if constexpr (!Problem::LocalLaw::is_compliant)
-    if (name == "admm") return Admm{.stop = stop}.solve(problem, r);
-  return DefaultSolver{.stop = stop}.solve(problem, r);
-}
-
-AnyContactProblem read(const std::filesystem::path& path) {
-  if (path.extension() != ".hdf5" && path.extension() != ".h5") return read_contact_problem(path).problem;
+ContactProblemFile read(const std::filesystem::path& path) {
+  if (path.extension() != ".hdf5" && path.extension() != ".h5") return read_contact_problem(path);
 #ifdef JAMPACK_WITH_HDF5
-  return read_fclib(path);
+  return {read_fclib(path), {}};
 #else
   throw InvalidInput(path.string() + ": built without HDF5");
 #endif
@@ -55,46 +36,15 @@ AnyContactProblem read(const std::filesystem::path& path) {
 
 // ---- problems from files ----------------------------------------------------------------------------
 
-void measure_file(const std::filesystem::path& path, CsvWriter& csv) {
+void measure_file(const std::filesystem::path& path, SolverCurves& curves) {
   const std::string name = path.stem().string();
+  const ContactProblemFile file = read(path);
   std::visit(
       [&](const auto& problem) {
-        CurvePicture picture{"log10 of CPU seconds", "scaled_residual", {}, true};
-        std::printf("%s: %td contacts; CPU milliseconds to 1e-2, 1e-4, 1e-6, 1e-8, 1e-10\n", name.c_str(),
-                    problem.n_contacts());
-        for (const std::string& solver : solver_names) {
-          const std::string file = name + "." + solver + ".csv";
-          CsvWriter curve(file, {"log10_seconds", "scaled_residual"});
-          std::printf("  %-18s", solver.c_str());
-          Index n_points = 0;
-          for (const double tolerance : {1e-2, 1e-4, 1e-6, 1e-8, 1e-10}) {
-            SolveReport report;
-            const double seconds = jampack_bench::seconds_of(
-                [&] {
-                  Eigen::VectorXd r = Eigen::VectorXd::Zero(problem.free_velocity.size());
-                  report = run(solver, tolerance, problem, r);
-                },
-                0.05);
-            csv.write({name, problem.n_contacts(), solver, tolerance, seconds, report.residual, report.sweeps,
-                       report.converged ? 1 : 0, jampack_bench::compiler(), jampack_bench::flags(),
-                       jampack_bench::commit()});
-            if (report.residual > 0) {
-              curve.write({std::log10(seconds), report.residual});
-              ++n_points;
-            }
-            if (report.converged)
-              std::printf(" %9.3f", 1e3 * seconds);
-            else
-              std::printf("  (%.1e)", report.residual);
-            std::fflush(stdout);
-            if (!report.converged) break;
-          }
-          std::puts("");
-          if (n_points > 1) picture.curves.push_back({file, "log10_seconds", "scaled_residual", solver});
-        }
-        if (!picture.curves.empty()) draw(picture, name + ".png");
+        curves.measure(name, problem, Eigen::VectorXd::Zero(problem.free_velocity.size()));
+        if (file.guess.size() > 0) curves.measure(name + "_warm", problem, file.guess);
       },
-      read(path));
+      file.problem);
 }
 
 // ---- hard problems ----------------------------------------------------------------------------------
@@ -112,7 +62,7 @@ struct HardTable {
       Eigen::VectorXd r = guess, u(problem.free_velocity.size());
       if (r.size() == 0) r.setZero(problem.free_velocity.size());
       const double start = cpu_seconds();
-      const SolveReport report = run(solver, tolerance, problem, r);
+      const SolveReport report = run_solver(solver, tolerance, problem, r);
       const double seconds = cpu_seconds() - start;
       contact_velocity(problem, r, u);
       const double wrong = error(r, u);
@@ -207,8 +157,6 @@ int main(int argc, char** argv) {
     measure_hard_problems();
     return 0;
   }
-  CsvWriter csv("work_precision_solvers.csv",
-                {"problem", "contacts", "solver", "tolerance", "seconds", "scaled_residual", "sweeps",
-                 "converged", "compiler", "flags", "commit"});
-  for (int k = 1; k < argc; ++k) measure_file(argv[k], csv);
+  SolverCurves curves("work_precision_solvers.csv");
+  for (int k = 1; k < argc; ++k) measure_file(argv[k], curves);
 }

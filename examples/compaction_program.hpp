@@ -15,6 +15,7 @@
 #include <jampack/io/csv_table.hpp>
 #include <jampack/io/csv_writer.hpp>
 #include <jampack/io/curve_picture.hpp>
+#include <jampack/io/failed_step.hpp>
 #include <jampack/io/progress.hpp>
 #include <jampack/io/pvd.hpp>
 #include <jampack/io/run_program.hpp>
@@ -104,11 +105,15 @@ class CompactionProgram {
     csv_.emplace(folder_ / "curve.csv", columns());
     pvd_.emplace(folder_ / "packing.pvd");
     progress_.phase("pressing to sigma0", preparation_stress);
-    press_to(run, {.stress = preparation_stress}, [&](const Run& now) {
-      progress_.show(now.pressure(), {{"phi", now.packing_fraction()},
-                                      {"P/E", now.pressure()},
-                                      {"sweeps", double(now.report.iterations)}});
-    });
+    try {
+      press_to(run, {.stress = preparation_stress}, [&](const Run& now) {
+        progress_.show(now.pressure(), {{"phi", now.packing_fraction()},
+                                        {"P/E", now.pressure()},
+                                        {"sweeps", double(now.report.iterations)}});
+      });
+    } catch (const NotConverged& error) {
+      throw NotConverged(error.what() + save_failed_step(run));
+    }
     record(run);
     return compact(run);
   }
@@ -235,8 +240,17 @@ class CompactionProgram {
     progress_.finish();
     finish(run, converged, failure);
     if (!converged)
-      throw NotConverged(failure + "; the last record is kept in " + (folder_ / "checkpoint.jpk").string());
+      throw NotConverged(failure + "; the last record is kept in " + (folder_ / "checkpoint.jpk").string() +
+                         save_failed_step(run));
     return 0;
+  }
+
+  /// Leaves the contact problem of the step that was given up; says where, for the end of the error line.
+  std::string save_failed_step(Run& run) const {
+    const auto path = folder_ / "failed_step.txt";
+    return write_failed_step(path, run.step)
+               ? "; the contact problem of the failed step is in " + path.string()
+               : "";
   }
 
   void show(const Run& run, double phi) {

@@ -162,6 +162,7 @@
 #include <jampack/io/csv_table.hpp>
 #include <jampack/io/csv_writer.hpp>
 #include <jampack/io/curve_picture.hpp>
+#include <jampack/io/failed_step.hpp>
 #include <jampack/io/file.hpp>
 #include <jampack/io/gnuplot.hpp>
 #include <jampack/io/json.hpp>

@@ -46,8 +46,10 @@ struct ContactProblemFile {
 ///   friction       n values        Coulomb's coefficients (any N; not used for N = 1)
 ///   compliance     n pairs         optional: coefficient and exponent of c(r) (law/hertz_check.hpp)
 ///   free_velocity  N n values      q
+///   step           n values        optional: the problem's own steps rho_c of the natural map
 ///   guess          N n values      optional: a first guess of the reactions
-///   blocks k                       k times: row column (from 0), then the N x N block row by row
+///   blocks k                       k times: row column (from 0), then the N x N block row by row; blocks
+///                                  given twice are added
 ///   end
 template <class Problem>
 std::string contact_problem_text(const Problem& problem, const Eigen::VectorXd& guess = {}) {
@@ -67,8 +69,13 @@ std::string contact_problem_text(const Problem& problem, const Eigen::VectorXd& 
     for (const auto& law : problem.law) text += to_text(law.coefficient) + " " + to_text(law.exponent) + "\n";
   }
   vector("free_velocity", problem.free_velocity);
+  if (!problem.step.empty()) {
+    text += "step";
+    for (const double step : problem.step) text += " " + to_text(step);
+    text += "\n";
+  }
   if (guess.size() > 0) vector("guess", guess);
-  const auto blocks = stored_blocks(problem.delassus);
+  const auto blocks = stored_blocks(as_block_sparse(problem.delassus));
   text += "blocks " + std::to_string(blocks.size()) + "\n";
   for (const auto& block : blocks) {
     text += std::to_string(block.row) + " " + std::to_string(block.column);
@@ -143,7 +150,7 @@ ContactProblemFile parse_contact_problem(ContactProblemParser& parser) {
   parser.expect("friction");
   const Eigen::VectorXd friction = parser.vector(n, "a friction coefficient");
   std::string section = parser.word();
-  Eigen::VectorXd compliance, guess;
+  Eigen::VectorXd compliance, step, guess;
   if (section == "compliance") {
     compliance = parser.vector(2 * n, "a compliance");
     for (Index c = 0; c < n; ++c)
@@ -154,6 +161,12 @@ ContactProblemFile parse_contact_problem(ContactProblemParser& parser) {
   parser.check(section == "free_velocity", "expected 'free_velocity', found '" + section + "'");
   const Eigen::VectorXd q = parser.vector(N * n, "a free velocity");
   section = parser.word();
+  if (section == "step") {
+    step = parser.vector(n, "a step of the natural map");
+    parser.check(n == 0 || (step.minCoeff() > 0 && step.allFinite()),
+                 "a step of the natural map must be positive and finite");
+    section = parser.word();
+  }
   if (section == "guess") {
     guess = parser.vector(N * n, "a reaction");
     parser.check(guess.allFinite(), "the guess is not finite");
@@ -169,17 +182,21 @@ ContactProblemFile parse_contact_problem(ContactProblemParser& parser) {
   }
   parser.expect("end");
   BlockSparseDelassus<N> delassus(n, std::move(blocks));
+  const auto with_guess = [&](auto problem) -> ContactProblemFile {
+    problem.step = Array<double>(step.begin(), step.end());
+    return {std::move(problem), guess};
+  };
   if (compliance.size() > 0) {
     using Problem = StoredCompliantProblem<N>;
     Array<CompliantContact> law(n);
     for (Index c = 0; c < n; ++c) law[c] = {compliance[2 * c], compliance[2 * c + 1], friction[c]};
-    return {Problem(std::move(delassus), q, std::move(law)), guess};
+    return with_guess(Problem(std::move(delassus), q, std::move(law)));
   }
   using Problem = StoredContactProblem<N>;
   Array<typename Problem::LocalLaw> law(n);
   if constexpr (N > 1)
     for (Index c = 0; c < n; ++c) law[c].friction = friction[c];
-  return {Problem(std::move(delassus), q, std::move(law)), guess};
+  return with_guess(Problem(std::move(delassus), q, std::move(law)));
 }
 
 }  // namespace detail

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 namespace jampack {
 
@@ -9,6 +10,15 @@ namespace jampack {
 /// N = 1 is a frictionless contact, whose cone is r_N >= 0.
 template <int N>
 using ContactVector = Eigen::Matrix<double, N, 1>;
+
+/// |z_T|, 0 for N = 1. By elements: a vector load of elements just stored one by one waits for the stores,
+/// and this is in every update of a contact.
+template <int N>
+double tangential_norm(const ContactVector<N>& z) {
+  if constexpr (N == 1) return 0;
+  if constexpr (N == 2) return std::abs(z[1]);
+  if constexpr (N == 3) return std::sqrt(z[1] * z[1] + z[2] * z[2]);
+}
 
 /// Projects z on the Coulomb cone K = {r : |r_T| <= friction r_N} (docs/theory/contact_solvers.md, eq. 3).
 /// friction >= 0; for N = 1 it is not used.
@@ -18,14 +28,14 @@ ContactVector<N> project_on_friction_cone(const ContactVector<N>& z, double fric
   if constexpr (N == 1) {
     r[0] = z[0] > 0 ? z[0] : 0.0;
   } else {
-    const double normal = z[0];
-    const double tangential = z.template tail<N - 1>().norm();
-    // The polar cone first: at friction 0 a pull along -n satisfies both conditions.
-    if (friction * tangential <= -normal) return ContactVector<N>::Zero();
-    if (tangential <= friction * normal) return z;
+    const double normal = z[0], tangential = tangential_norm<N>(z);
     const double projected = (friction * tangential + normal) / (1 + friction * friction);
-    r[0] = projected;
-    r.template tail<N - 1>() = (friction * projected / tangential) * z.template tail<N - 1>();
+    // The polar cone first: at friction 0 a pull along -n satisfies both conditions. All three cases are
+    // computed and one is selected: branches would not be foreseen.
+    const bool in_polar = friction * tangential <= -normal, in_cone = tangential <= friction * normal;
+    const double factor = in_polar ? 0.0 : in_cone ? 1.0 : friction * projected / tangential;
+    r[0] = in_polar ? 0.0 : in_cone ? normal : projected;
+    for (int i = 1; i < N; ++i) r[i] = factor * z[i];
   }
   return r;
 }
@@ -36,7 +46,7 @@ bool in_friction_cone(const ContactVector<N>& r, double friction, double slack =
   if constexpr (N == 1)
     return r[0] >= -slack;
   else
-    return r.template tail<N - 1>().norm() <= friction * r[0] + slack;
+    return tangential_norm<N>(r) <= friction * r[0] + slack;
 }
 
 /// Is u in the dual cone {u : u . r >= 0 for every r in K} = {u : u_N >= friction |u_T|}, up to `slack`?
@@ -45,7 +55,7 @@ bool in_dual_cone(const ContactVector<N>& u, double friction, double slack = 0) 
   if constexpr (N == 1)
     return u[0] >= -slack;
   else
-    return u[0] + slack >= friction * u.template tail<N - 1>().norm();
+    return u[0] + slack >= friction * tangential_norm<N>(u);
 }
 
 /// De Saxcé's velocity u + (friction |u_T|, 0, 0): Coulomb's law with unilateral contact is
@@ -53,7 +63,7 @@ bool in_dual_cone(const ContactVector<N>& u, double friction, double slack = 0) 
 template <int N>
 ContactVector<N> de_saxce_velocity(const ContactVector<N>& u, double friction) {
   ContactVector<N> result = u;
-  if constexpr (N > 1) result[0] += friction * u.template tail<N - 1>().norm();
+  if constexpr (N > 1) result[0] += friction * tangential_norm<N>(u);
   return result;
 }
 

@@ -44,7 +44,9 @@ ContactVector<N> natural_map(const LocalLaw& law, const ContactVector<N>& r, con
                              double rho) {
   ContactVector<N> velocity = de_saxce_velocity<N>(u, law.friction);
   if constexpr (LocalLaw::is_compliant) velocity[0] += law.compliance(r[0]);
-  return r - project_on_friction_cone<N>(r - rho * velocity, law.friction);
+  ContactVector<N> z;
+  for (int i = 0; i < N; ++i) z[i] = r[i] - rho * velocity[i];
+  return r - project_on_friction_cone<N>(z, law.friction);
 }
 
 /// scaled_residual from reactions and velocities u = W r + q at hand: root of the sum of squares of the

@@ -55,8 +55,10 @@ class BestIterate {
     require(r.size() == problem.free_velocity.size() && r.allFinite(),
             "contact solver: the first guess has the wrong size or is not finite");
     require(stop.tolerance > 0, "contact solver: the tolerance must be > 0");
-    for (Index i = 0; i < r.size(); ++i)
-      load_ = std::hypot(load_, rho_[i / Problem::n_unknowns] * problem.free_velocity[i]);
+    constexpr int n = Problem::n_unknowns;
+    for (Index c = 0; c < problem.n_contacts(); ++c)
+      load_ += rho_[c] * rho_[c] * problem.free_velocity.template segment<n>(n * c).squaredNorm();
+    load_ = std::sqrt(load_);
     judge(r);
   }
 

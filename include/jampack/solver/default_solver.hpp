@@ -38,14 +38,10 @@ struct DefaultSolver {
       iterate.judge(r);
       if (iterate.converged()) break;
       // Another start, from longer sweeps and with more or less regularisation.
-      r = iterate.best();
       sweep_while_promising(problem, r, iterate, Index{100} << round, n_sweeps);
       regularisation = round % 2 == 0 ? 1e-1 : 1e-5;
     }
-    if (going_on(iterate, n_sweeps)) {
-      r = iterate.best();
-      sweep_while_promising(problem, r, iterate, stop.max_sweeps, n_sweeps);
-    }
+    if (going_on(iterate, n_sweeps)) sweep_while_promising(problem, r, iterate, stop.max_sweeps, n_sweeps);
     r = iterate.best();
     return iterate.report(n_sweeps);
   }
@@ -68,23 +64,33 @@ struct DefaultSolver {
     }
   }
 
-  // Gauss–Seidel until the residual's rate promises to want more than `limit` sweeps; with a small part of
-  // the way left, where rates mislead, at least `near` of them.
+  // Gauss–Seidel from the best iterate until the residual's rate promises to want more than `limit` sweeps;
+  // with a small part of the way left, where rates mislead, at least `near` of them.
   template <class Problem>
   void sweep_while_promising(const Problem& problem, Eigen::VectorXd& r, BestIterate<Problem>& iterate,
                              Index limit, Index& n_sweeps, Index near = 0) const {
+    r = iterate.best();
     GaussSeidelSweeps<Problem> sweeps(problem, r);
-    double last = iterate.judge(r);
+    double last = iterate.value();
+    double residual_of_change = 0;  // what the residual was at the last test over the change of a sweep then
     for (Index done = 0, batch = 5; going_on(iterate, n_sweeps);) {
       batch = std::min(batch, stop.max_sweeps - n_sweeps);
-      for (Index k = 0; k < batch; ++k) sweeps.sweep(r);
-      n_sweeps += batch;
-      done += batch;
+      Index made = 0;
+      double change = 0;
+      bool early = false;  // a test costs about a sweep, but the change of a sweep tells when the end is near
+      for (; made < batch && !early; ++made) {
+        change = std::sqrt(sweeps.sweep(r));
+        if (residual_of_change == 0 && change > 0) residual_of_change = last / change;
+        early = residual_of_change * change <= stop.tolerance;
+      }
+      n_sweeps += made;
+      done += made;
       const double now = iterate.judge(r);
+      if (change > 0) residual_of_change = now / change;
       sweeps.restart(r);
-      const double rate = std::log(last / now) / static_cast<double>(batch);
+      const double rate = std::log(last / now) / static_cast<double>(made);
       const double wanted = std::log(now / stop.tolerance);
-      if (done >= (now <= 10 * stop.tolerance ? std::max<Index>(20, near) : 20) &&
+      if (!early && done >= (now <= 10 * stop.tolerance ? std::max<Index>(20, near) : 20) &&
           static_cast<double>(done) + wanted / std::max(rate, 1e-30) > static_cast<double>(limit))
         return;
       last = now;

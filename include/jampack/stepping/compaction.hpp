@@ -121,6 +121,17 @@ class Compaction {
     return true;
   }
 
+  /// The first contact problem of a step of this strain; nothing moves. Throws NotConverged where a grain
+  /// cannot be linearised.
+  auto contact_problem(double size) {
+    const auto before = packing.grains;
+    const double h = duration(size);
+    const FirstGuess guess = start_flow();
+    Packing start = packing;
+    packing.grains = before;
+    return step.contact_problem(std::move(start), h, std::exp(-size / Dim) * packing.room.scale, guess);
+  }
+
   /// Holds the walls until the grains balance: steps from rest, ever longer, so that inertia fades;
   /// `progress(run)` is called after each. False when that did not succeed; the packing is then as after the
   /// last step that converged.

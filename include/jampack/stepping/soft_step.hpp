@@ -5,6 +5,7 @@
 #include <jampack/solver/proximal_newton.hpp>
 #include <jampack/stepping/augmented_balance.hpp>
 #include <jampack/stepping/condensed_step.hpp>
+#include <optional>
 #include <utility>
 
 namespace jampack {
@@ -31,6 +32,14 @@ enum class FirstGuess {
   rest,    ///< where they are: velocities that were given them tell nothing of what contacts will do
 };
 
+/// A contact problem that a step meets (docs/theory/deformable_stage.md, section 6).
+template <class Problem>
+struct CondensedContacts {
+  Problem problem;            ///< may use the factors of the step: not to outlive the step's next use
+  Eigen::VectorXd guess;      ///< the forces so far, with which its solution begins
+  Array<Index> pairs, walls;  ///< the watched contacts that take part: these pairs, then these walls
+};
+
 /// What one step cost and reached.
 struct SoftStepReport {
   bool converged = false;
@@ -52,10 +61,12 @@ class SoftStep {
   static constexpr int Dim = Packing::dimension;
   static constexpr int N = n_contact_unknowns<Law, Dim>;
   using Nodal = typename Packing::Nodal;
+  using Watched = WatchedContacts<Packing, Law>;
+  using Condensed = CondensedContacts<typename CondensedStep<Packing, Law>::Problem>;
 
   Law law;
   SoftStepOptions options;
-  WatchedContacts<Packing, Law> contacts;  ///< with the forces of the last accepted step
+  Watched contacts;  ///< with the forces of the last accepted step
 
   SoftStep(Law contact_law, SoftStepOptions step_options) : law(contact_law), options(step_options) {}
 
@@ -65,6 +76,7 @@ class SoftStep {
                          FirstGuess guess = FirstGuess::flight) {
     const auto saved = contacts;
     const double old_scale = std::exchange(packing.room.scale, new_scale);
+    failed_.reset();
     SoftStepReport report;
     try {
       solve(packing, h, guess, report);
@@ -79,14 +91,43 @@ class SoftStep {
         grain.position = balance_.x[g];
       }
     } else {
+      failed_.emplace(packing, std::move(contacts));
       packing.room.scale = old_scale;
       contacts = saved;
     }
     return report;
   }
 
+  /// The first contact problem that advance() would meet with these arguments. Throws NotConverged where a
+  /// grain cannot be linearised.
+  Condensed contact_problem(Packing packing, double h, double new_scale,
+                            FirstGuess guess = FirstGuess::flight) {
+    packing.room.scale = new_scale;
+    failed_.reset();
+    Watched watched = contacts;
+    if (!begin(packing, h, guess, watched)) throw NotConverged(inverted);
+    return condense(packing, watched);
+  }
+
+  /// The contact problem before which the last step was given up, with the forces it had reached; none where
+  /// it was not given up, or a grain cannot be linearised there.
+  std::optional<Condensed> failed_contact_problem() {
+    if (!failed_) return {};
+    const auto& [packing, watched] = *failed_;
+    if (!balance_.linearise(packing)) return {};
+    try {
+      return condense(packing, watched);
+    } catch (const NotConverged&) {
+      return {};
+    }
+  }
+
  private:
-  void solve(const Packing& packing, double h, FirstGuess guess, SoftStepReport& report) {
+  static constexpr const char* inverted = "a cell is inverted at the start of the step";
+
+  /// Sets up the balance of the step at its first guess, contact detected there; false where a cell is
+  /// inverted.
+  bool begin(const Packing& packing, double h, FirstGuess guess, Watched& watched) {
     const double d = packing.mean_diameter();
     reach_ = options.reach * d;
     least_move_ = 1e-6 * d;
@@ -98,16 +139,20 @@ class SoftStep {
     potential_round_off_ =
         1e-14 * packing.model->material.young * std::pow(d, Dim) * double(packing.grains.size());
     balance_.penalty = options.penalty;
-    if (!balance_.begin(packing, h, guess == FirstGuess::flight))
-      return fail(report, "a cell is inverted at the start of the step");
+    if (!balance_.begin(packing, h, guess == FirstGuess::flight)) return false;
     last_move_ = most_move_ = std::numeric_limits<double>::infinity();
     direction_.resize(0);
     mixing_.forget();
-    contacts.begin_step();
+    watched.begin_step();
     // Where the first guess is far off, all finer samples would be hit.
-    contacts.find(packing, balance_.x, reach_, SampleSet::coarse, options.threads);
-    balance_.evaluate(packing, contacts);
+    watched.find(packing, balance_.x, reach_, SampleSet::coarse, options.threads);
+    balance_.evaluate(packing, watched);
+    return true;
+  }
 
+  void solve(const Packing& packing, double h, FirstGuess guess, SoftStepReport& report) {
+    if (!begin(packing, h, guess, contacts)) return fail(report, inverted);
+    const double d = packing.mean_diameter();
     constexpr int frame_updates = 8;       // new frames whatever grains move ...
     const double frame_move = 1e-3 * d;    // ... and whenever they move by more,
     const double turning_move = 1e-5 * d;  // or by this while their motion turns to and fro
@@ -220,48 +265,58 @@ class SoftStep {
   /// Solves the contact problem of the grains condensed on their contacts: its reactions become the
   /// multipliers, dx the motion that goes with them.
   void solve_condensed(const Packing& packing, SoftStepReport& report, Eigen::VectorXd& dx) {
-    using Condensed = CondensedStep<Packing, Law>;
+    Condensed condensed = condense(packing, contacts);
+    report.sweeps += solve_contacts(condensed.problem, condensed.guess);
+    take_over(condensed);
+    condensed_.motion(condensed.guess, dx);
+  }
+
+  /// The contact problem of the grains condensed on those contacts that may carry.
+  Condensed condense(const Packing& packing, const Watched& watched) {
     const double d = packing.mean_diameter();
-    auto& pairs = contacts.pairs;
-    auto& walls = contacts.walls;
-    Array<typename Condensed::Entry> entries;
-    Array<Index> pair_of, wall_of;
+    Array<typename CondensedStep<Packing, Law>::Entry> entries;
+    Array<Vector<Dim>> force;
     // As the iteration converges, ever fewer open contacts can close. One that was left out and does close is
     // in the next problem.
     const double near = d * std::clamp(0.3 * last_move_ / d, 1e-5, 3e-4);
-    const auto take = [&](const auto& set, auto& kept) {
+    const auto take = [&](const auto& set) {
+      Array<Index> kept;
       for (Index c = 0; c < set.size(); ++c)
         if (set.contact[c].gap < near || !set.reaction[c].isZero(0)) {
-          entries.push_back({&set.contact[c], contacts.displacement(packing, set.contact[c], balance_.x)});
+          entries.push_back({&set.contact[c], watched.displacement(packing, set.contact[c], balance_.x)});
+          force.push_back(set.force(c));
           kept.push_back(c);
         }
+      return kept;
     };
-    take(pairs, pair_of);
-    take(walls, wall_of);
+    Array<Index> pairs = take(watched.pairs), walls = take(watched.walls);
     Array<Nodal> imbalance(packing.grains.size());
     parallel_for(options.threads, packing.grains.size(),
                  [&](Index g) { imbalance[g] = balance_.imbalance(packing, g); });
     condensed_.factorise(packing, balance_.tangent);
-    auto problem = condensed_.problem(packing, packing.model->boundary.samples, entries, imbalance, law);
-    Eigen::VectorXd r(N * entries.size());
+    Condensed condensed{condensed_.problem(packing, packing.model->boundary.samples, entries, imbalance, law),
+                        Eigen::VectorXd(N * entries.size()), std::move(pairs), std::move(walls)};
     for (Index c = 0; c < entries.size(); ++c) {
-      const Vector<Dim> force =
-          c < pair_of.size() ? pairs.force(pair_of[c]) : walls.force(wall_of[c - pair_of.size()]);
-      r.template segment<N>(N * c) = Condensed::rows(*entries[c].contact) * force;
+      const auto& contact = *entries[c].contact;
+      condensed.guess.template segment<N>(N * c) = condensed_.rows(contact) * force[c];
+      condensed.problem.step.push_back(balance_.contact_stiffness(packing, contact));
     }
-    for (const auto& entry : entries)
-      problem.step.push_back(balance_.contact_stiffness(packing, *entry.contact));
-    report.sweeps += solve_contacts(problem, r);
-    for (Index c = 0; c < entries.size(); ++c) {
-      const ContactVector<N> local = r.template segment<N>(N * c);
-      if (c >= pair_of.size())
-        walls.reaction[wall_of[c - pair_of.size()]][0] = local[0];
-      else if constexpr (N == 1)
-        pairs.reaction[pair_of[c]] = local;
+    return condensed;
+  }
+
+  /// The reactions become the multipliers.
+  void take_over(const Condensed& solved) {
+    const Index n_pairs = solved.pairs.size();
+    for (Index c = 0; c < n_pairs; ++c) {
+      const ContactVector<N> local = solved.guess.template segment<N>(N * c);
+      const Index k = solved.pairs[c];
+      if constexpr (N == 1)
+        contacts.pairs.reaction[k] = local;
       else
-        pairs.reaction[pair_of[c]] = Condensed::rows(*entries[c].contact).transpose() * local;
+        contacts.pairs.reaction[k] = condensed_.rows(contacts.pairs.contact[k]).transpose() * local;
     }
-    condensed_.motion(r, dx);
+    for (Index c = 0; c < solved.walls.size(); ++c)
+      contacts.walls.reaction[solved.walls[c]][0] = solved.guess[N * (n_pairs + c)];
   }
 
   /// Solves as far as the step's own residuals make it worth while. Returns the iterations used.
@@ -313,6 +368,8 @@ class SoftStep {
   AugmentedBalance<Packing, Law> balance_;
   CondensedStep<Packing, Law> condensed_;
   Anderson mixing_;
+  /// The packing and the contacts of a step that failed, as it was given up; balance_ still is there too.
+  std::optional<std::pair<Packing, Watched>> failed_;
   double potential_round_off_ = 0;
   double reach_ = 0;           ///< detection distance
   double last_move_ = 0;       ///< largest displacement of a node in the last iteration
