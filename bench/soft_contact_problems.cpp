@@ -29,8 +29,9 @@ void measure(const std::string& name, const StoredState<Dim>& state, SolverCurve
   std::printf("%s: phi %.4f, %td grains, next strain %.1e, %td pairs, %td walls, %td unknowns\n",
               name.c_str(), run.packing_fraction(), state.grains.size(), strain, condensed.pairs.size(),
               condensed.walls.size(), condensed.guess.size());
-  Array<std::string> solvers = solver_names;
-  solvers.push_back("proximal_newton_soft");
+  const Array<std::string> solvers = {
+      "default", "sweeps", "sweeps_shuffled", "sweeps_coloured", "proximal_newton", "proximal_newton_soft",
+      "admm"};
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(condensed.guess.size());
   curves.measure(name + "_grains", problem, zero, solvers);
   curves.measure(name + "_grains_warm", problem, condensed.guess, solvers);
@@ -43,7 +44,7 @@ int main(int argc, char** argv) {
     std::puts("soft_contact_problems CHECKPOINT ...   solvers on the contact problems of deformable grains");
     return 2;
   }
-  SolverCurves curves("soft_contact_problems.csv");
+  SolverCurves curves("soft_contact_problems.csv", 15);
   for (int k = 1; k < argc; ++k) {
     const std::string name = std::filesystem::path(argv[k]).stem().string();
     std::visit([&](const auto& state) { measure(name, state, curves); }, read_checkpoint(argv[k]));

@@ -15,13 +15,12 @@
 
 namespace jampack_bench {
 
-inline constexpr double time_limit = 3;  ///< seconds for one solution
 inline const jampack::Array<std::string> solver_names = {
     "default", "sweeps", "sweeps_symmetric", "sweeps_shuffled", "sweeps_coloured", "proximal_newton", "admm"};
 
 template <class Problem>
-jampack::SolveReport run_solver(const std::string& name, double tolerance, const Problem& problem,
-                                Eigen::VectorXd& r) {
+jampack::SolveReport run_solver(const std::string& name, double tolerance, double time_limit,
+                                const Problem& problem, Eigen::VectorXd& r) {
   using namespace jampack;
   const StoppingCriterion stop{.tolerance = tolerance, .max_sweeps = 10000000, .time_limit = time_limit};
   if (name == "sweeps") return GaussSeidel{.stop = stop}.solve(problem, r);
@@ -40,8 +39,10 @@ jampack::SolveReport run_solver(const std::string& name, double tolerance, const
 /// Curves of all solvers, one table of them and its pictures.
 class SolverCurves {
  public:
-  explicit SolverCurves(const std::string& file)
-      : csv_(file, {"problem", "contacts", "solver", "tolerance", "seconds", "scaled_residual", "sweeps",
+  /// `time_limit`: seconds for one solution.
+  SolverCurves(const std::string& file, double time_limit)
+      : time_limit_(time_limit),
+        csv_(file, {"problem", "contacts", "solver", "tolerance", "seconds", "scaled_residual", "sweeps",
                     "converged", "compiler", "flags", "commit"}) {}
 
   /// Every one of `solvers` on this problem, from `guess`, set-up counted.
@@ -71,7 +72,7 @@ class SolverCurves {
       const double seconds = seconds_of(
           [&] {
             Eigen::VectorXd r = guess;
-            report = run_solver(solver, tolerance, problem, r);
+            report = run_solver(solver, tolerance, time_limit_, problem, r);
           },
           0.05);
       csv_.write({name, problem.n_contacts(), solver, tolerance, seconds, report.residual, report.sweeps,
@@ -91,6 +92,7 @@ class SolverCurves {
     return n_points;
   }
 
+  double time_limit_;
   jampack::CsvWriter csv_;
 };
 

@@ -25,6 +25,8 @@ using namespace jampack_tests;
 
 namespace {
 
+constexpr double time_limit = 3;  // seconds for one solution
+
 ContactProblemFile read(const std::filesystem::path& path) {
   if (path.extension() != ".hdf5" && path.extension() != ".h5") return read_contact_problem(path);
 #ifdef JAMPACK_WITH_HDF5
@@ -62,7 +64,7 @@ struct HardTable {
       Eigen::VectorXd r = guess, u(problem.free_velocity.size());
       if (r.size() == 0) r.setZero(problem.free_velocity.size());
       const double start = cpu_seconds();
-      const SolveReport report = run_solver(solver, tolerance, problem, r);
+      const SolveReport report = run_solver(solver, tolerance, time_limit, problem, r);
       const double seconds = cpu_seconds() - start;
       contact_velocity(problem, r, u);
       const double wrong = error(r, u);
@@ -157,6 +159,6 @@ int main(int argc, char** argv) {
     measure_hard_problems();
     return 0;
   }
-  SolverCurves curves("work_precision_solvers.csv");
+  SolverCurves curves("work_precision_solvers.csv", time_limit);
   for (int k = 1; k < argc; ++k) measure_file(argv[k], curves);
 }
