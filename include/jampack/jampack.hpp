@@ -127,6 +127,8 @@
 #include <jampack/analysis/ball_network.hpp>
 #include <jampack/analysis/compaction_fits.hpp>
 #include <jampack/analysis/compaction_record.hpp>
+#include <jampack/analysis/contact_approach.hpp>
+#include <jampack/analysis/contact_counterparts.hpp>
 #include <jampack/analysis/contact_network.hpp>
 #include <jampack/analysis/contact_strain.hpp>
 #include <jampack/analysis/coordination.hpp>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <jampack/analysis/contact_counterparts.hpp>
 #include <jampack/analysis/contact_strain.hpp>
 #include <jampack/analysis/coordination.hpp>
 #include <jampack/analysis/granular_stress.hpp>
@@ -281,4 +282,30 @@ TEST_CASE("Impossible networks are refused") {
   refused([](auto& n) { n.contacts[0].antagonist = -1; });
   refused([](auto& n) { n.contacts[0].wall = 0; });
   refused([&](auto& n) { n.contacts[0].force[1] = nan; });
+}
+
+TEST_CASE("Contacts of two models of a packing are matched by their bodies, in either order") {
+  ContactNetwork<3> network{.diameters = Array<double>(3, 1.0), .volume = 10};
+  network.contacts = {link(0, 1), wall_link(1, 0), link(1, 2), wall_link(0, 1), wall_link(2, 0)};
+  auto other = network;
+  other.contacts = {wall_link(2, 0), link(2, 1), link(1, 0), wall_link(0, 2), wall_link(1, 0)};
+  CHECK(contact_counterparts(network, other) == Array<Index>{2, 4, 1, -1, 0});
+  CHECK(contact_counterparts(other, network) == Array<Index>{4, 2, 0, -1, 1});
+  other.contacts.push_back(link(1, 2));
+  CHECK_THROWS_WITH(contact_counterparts(network, other), jampack_tests::contains("same bodies"));
+  other = {.diameters = {1.0}, .volume = 10};
+  CHECK_THROWS_WITH(contact_counterparts(network, other), jampack_tests::contains("same grains"));
+}
+
+TEST_CASE("The approach of a contact is shared by the diameters that bear it") {
+  ContactNetwork<2> network{.diameters = {1.0, 2.0}, .volume = 1};
+  const ContactForce<2> pair{.candidate = 1, .antagonist = 0, .force = {3, 4}, .branch = {1.2, 0}};
+  CHECK_THAT(contact_approach(network, pair), WithinAbs(0.3, 1e-14));
+  CHECK_THAT(approach_over_diameter(network, pair), WithinAbs(0.1, 1e-14));
+  CHECK_THAT(normal_force(pair), WithinAbs(3, 1e-14));
+  // The force of a wall acts beside the point below the centre: only the distance to the wall counts.
+  const ContactForce<2> wall{.candidate = 1, .wall = 0, .force = {0, -2}, .branch = {0.1, -0.96}};
+  CHECK_THAT(contact_approach(network, wall), WithinAbs(0.04, 1e-14));
+  CHECK_THAT(approach_over_diameter(network, wall), WithinAbs(0.02, 1e-14));
+  CHECK_THAT(normal_force(wall), WithinAbs(2, 1e-14));
 }

@@ -7,6 +7,7 @@
 #include <jampack/core/dimension.hpp>
 #include <jampack/core/error.hpp>
 #include <string>
+#include <utility>
 
 namespace jampack {
 
@@ -22,6 +23,10 @@ struct ContactForce {
                                              ///< wall, from the contact point
 
   bool at_wall() const { return antagonist < 0; }
+  /// The two bodies, the same whichever grain is the candidate; walls are the negative ones.
+  std::pair<Index, Index> bodies() const {
+    return at_wall() ? std::pair{-1 - wall, candidate} : std::minmax({candidate, antagonist});
+  }
 };
 
 /// All that the micromechanical observers need of a packing, whatever its grains and contacts are made of.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <jampack/analysis/contact_network.hpp>
@@ -33,11 +32,7 @@ Array<ContactForce<Dim>> merge_contact_points(const Array<ContactForce<Dim>>& po
   Array<Weights> weights;
   std::unordered_map<std::pair<Index, Index>, Index, Hash> place;
   for (const auto& point : points) {
-    // Walls take the negative half of the second key.
-    const auto key = point.at_wall() ? std::pair{point.candidate, -1 - point.wall}
-                                     : std::pair{std::min(point.candidate, point.antagonist),
-                                                 std::max(point.candidate, point.antagonist)};
-    const auto [found, is_new] = place.try_emplace(key, merged.size());
+    const auto [found, is_new] = place.try_emplace(point.bodies(), merged.size());
     if (is_new) {
       merged.push_back({.candidate = point.candidate, .antagonist = point.antagonist, .wall = point.wall});
       weights.push_back({});
