@@ -84,7 +84,7 @@ struct DefaultSolver {
       for (; made < batch && !early; ++made) {
         change = std::sqrt(sweeps.sweep(r));
         if (residual_of_change == 0 && change > 0) residual_of_change = last / change;
-        early = residual_of_change * change <= stop.tolerance;
+        early = change > 0 && residual_of_change * change <= stop.tolerance;
       }
       n_sweeps += made;
       done += made;
