@@ -173,6 +173,7 @@ class SoftStep {
         }
         if (++rounds == 4) return fail(report, "contact frames do not settle");
         refreshed = std::min(refreshed, frame_updates - 2);
+        most_move_ = std::numeric_limits<double>::infinity();
         least = std::numeric_limits<double>::infinity();
         balance_.evaluate(packing, contacts);
       }
@@ -209,7 +210,7 @@ class SoftStep {
   /// The step that the condensed contact problem asks for, with its reactions as multipliers, as far as the
   /// potential falls; false when it falls nowhere along it: x is then as it was.
   bool iterate(const Packing& packing, SoftStepReport& report, bool new_frames) {
-    constexpr int late = 12;  // few steps have more iterations
+    constexpr int late = 30;  // few steps that converge have more iterations
     Eigen::VectorXd dx;
     solve_condensed(packing, report, dx);
     if (report.iterations >= late) bound_moves(dx);
