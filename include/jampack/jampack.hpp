@@ -109,6 +109,7 @@
 #include <jampack/stepping/augmented_balance.hpp>
 #include <jampack/stepping/ball_law.hpp>
 #include <jampack/stepping/compaction.hpp>
+#include <jampack/stepping/condensed_contacts.hpp>
 #include <jampack/stepping/condensed_step.hpp>
 #include <jampack/stepping/hertz_balance.hpp>
 #include <jampack/stepping/jam.hpp>

@@ -49,6 +49,7 @@ TEST_CASE("a sample whose gap jumps up and down is set aside until the next step
   contacts.begin_step();
   const Index left = n_left(packing, contacts, 8);
   CHECK(left < all);
+  CHECK(contacts.any_set_aside());
   CHECK(left > all / 2);
   CHECK(n_left(packing, contacts, 0) == left);
   contacts.begin_step();
@@ -61,4 +62,5 @@ TEST_CASE("no sample is set aside because a grain slides to and fro") {
   const Index all = n_left(packing, contacts, 0);
   REQUIRE(all > 0);
   CHECK(n_left(packing, contacts, 40) == all);
+  CHECK_FALSE(contacts.any_set_aside());
 }

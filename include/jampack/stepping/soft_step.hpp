@@ -4,7 +4,7 @@
 #include <jampack/solver/anderson.hpp>
 #include <jampack/solver/proximal_newton.hpp>
 #include <jampack/stepping/augmented_balance.hpp>
-#include <jampack/stepping/condensed_step.hpp>
+#include <jampack/stepping/condensed_contacts.hpp>
 #include <optional>
 #include <utility>
 
@@ -30,14 +30,6 @@ struct SoftStepOptions {
 enum class FirstGuess {
   flight,  ///< where the grains get with the velocities they have
   rest,    ///< where they are: velocities that were given them tell nothing of what contacts will do
-};
-
-/// A contact problem that a step meets (docs/theory/deformable_stage.md, section 6).
-template <class Problem>
-struct CondensedContacts {
-  Problem problem;            ///< may use the factors of the step: not to outlive the step's next use
-  Eigen::VectorXd guess;      ///< the forces so far, with which its solution begins
-  Array<Index> pairs, walls;  ///< the watched contacts that take part: these pairs, then these walls
 };
 
 /// What one step cost and reached.
@@ -268,56 +260,16 @@ class SoftStep {
   void solve_condensed(const Packing& packing, SoftStepReport& report, Eigen::VectorXd& dx) {
     Condensed condensed = condense(packing, contacts);
     report.sweeps += solve_contacts(condensed.problem, condensed.guess);
-    take_over(condensed);
+    take_over(condensed, contacts);
     condensed_.motion(condensed.guess, dx);
   }
 
-  /// The contact problem of the grains condensed on those contacts that may carry.
+  /// As the iteration converges, ever fewer open contacts can close. One that was left out and does close is
+  /// in the next problem.
   Condensed condense(const Packing& packing, const Watched& watched) {
     const double d = packing.mean_diameter();
-    Array<typename CondensedStep<Packing, Law>::Entry> entries;
-    Array<Vector<Dim>> force;
-    // As the iteration converges, ever fewer open contacts can close. One that was left out and does close is
-    // in the next problem.
-    const double near = d * std::clamp(0.3 * last_move_ / d, 1e-5, 3e-4);
-    const auto take = [&](const auto& set) {
-      Array<Index> kept;
-      for (Index c = 0; c < set.size(); ++c)
-        if (set.contact[c].gap < near || !set.reaction[c].isZero(0)) {
-          entries.push_back({&set.contact[c], watched.displacement(packing, set.contact[c], balance_.x)});
-          force.push_back(set.force(c));
-          kept.push_back(c);
-        }
-      return kept;
-    };
-    Array<Index> pairs = take(watched.pairs), walls = take(watched.walls);
-    Array<Nodal> imbalance(packing.grains.size());
-    parallel_for(options.threads, packing.grains.size(),
-                 [&](Index g) { imbalance[g] = balance_.imbalance(packing, g); });
-    condensed_.factorise(packing, balance_.tangent);
-    Condensed condensed{condensed_.problem(packing, packing.model->boundary.samples, entries, imbalance, law),
-                        Eigen::VectorXd(N * entries.size()), std::move(pairs), std::move(walls)};
-    for (Index c = 0; c < entries.size(); ++c) {
-      const auto& contact = *entries[c].contact;
-      condensed.guess.template segment<N>(N * c) = condensed_.rows(contact) * force[c];
-      condensed.problem.step.push_back(balance_.contact_stiffness(packing, contact));
-    }
-    return condensed;
-  }
-
-  /// The reactions become the multipliers.
-  void take_over(const Condensed& solved) {
-    const Index n_pairs = solved.pairs.size();
-    for (Index c = 0; c < n_pairs; ++c) {
-      const ContactVector<N> local = solved.guess.template segment<N>(N * c);
-      const Index k = solved.pairs[c];
-      if constexpr (N == 1)
-        contacts.pairs.reaction[k] = local;
-      else
-        contacts.pairs.reaction[k] = condensed_.rows(contacts.pairs.contact[k]).transpose() * local;
-    }
-    for (Index c = 0; c < solved.walls.size(); ++c)
-      contacts.walls.reaction[solved.walls[c]][0] = solved.guess[N * (n_pairs + c)];
+    return jampack::condense(packing, watched, balance_, condensed_,
+                             d * std::clamp(0.3 * last_move_ / d, 1e-5, 3e-4));
   }
 
   /// Solves as far as the step's own residuals make it worth while. Returns the iterations used.

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <jampack/stepping/augmented_balance.hpp>
+#include <jampack/stepping/condensed_step.hpp>
+#include <jampack/stepping/watched_contacts.hpp>
+#include <utility>
+
+namespace jampack {
+
+/// A contact problem that a step meets (docs/theory/deformable_stage.md, section 6).
+template <class Problem>
+struct CondensedContacts {
+  Problem problem;            ///< may use the factors of the step: not to outlive the step's next use
+  Eigen::VectorXd guess;      ///< the forces so far, with which its solution begins
+  Array<Index> pairs, walls;  ///< the watched contacts that take part: these pairs, then these walls
+};
+
+/// The contact problem of the grains, linearised where `balance` stands, condensed on those contacts that
+/// carry or whose gap is below `near` (length). Throws NotConverged where a tangent has no factor.
+template <class Packing, ContactLaw Law>
+CondensedContacts<typename CondensedStep<Packing, Law>::Problem> condense(
+    const Packing& packing, const WatchedContacts<Packing, Law>& watched,
+    const AugmentedBalance<Packing, Law>& balance, CondensedStep<Packing, Law>& step, double near) {
+  using Step = CondensedStep<Packing, Law>;
+  constexpr int N = Step::N;
+  Array<typename Step::Entry> entries;
+  Array<Vector<Step::Dim>> force;
+  const auto take = [&](const auto& set) {
+    Array<Index> kept;
+    for (Index c = 0; c < set.size(); ++c)
+      if (set.contact[c].gap < near || !set.reaction[c].isZero(0)) {
+        entries.push_back({&set.contact[c], watched.displacement(packing, set.contact[c], balance.x)});
+        force.push_back(set.force(c));
+        kept.push_back(c);
+      }
+    return kept;
+  };
+  Array<Index> pairs = take(watched.pairs), walls = take(watched.walls);
+  Array<typename Packing::Nodal> imbalance(packing.grains.size());
+  parallel_for(balance.threads, packing.grains.size(),
+               [&](Index g) { imbalance[g] = balance.imbalance(packing, g); });
+  step.factorise(packing, balance.tangent);
+  CondensedContacts<typename Step::Problem> condensed{
+      step.problem(packing, packing.model->boundary.samples, entries, imbalance, balance.law),
+      Eigen::VectorXd(N * entries.size()), std::move(pairs), std::move(walls)};
+  for (Index c = 0; c < entries.size(); ++c) {
+    const auto& contact = *entries[c].contact;
+    condensed.guess.template segment<N>(N * c) = Step::rows(contact) * force[c];
+    condensed.problem.step.push_back(balance.contact_stiffness(packing, contact));
+  }
+  return condensed;
+}
+
+/// The solution, which has taken the place of the guess, becomes the forces of the watched contacts.
+template <class Packing, ContactLaw Law>
+void take_over(const CondensedContacts<typename CondensedStep<Packing, Law>::Problem>& solved,
+               WatchedContacts<Packing, Law>& watched) {
+  using Step = CondensedStep<Packing, Law>;
+  constexpr int N = Step::N;
+  const Index n_pairs = solved.pairs.size();
+  for (Index c = 0; c < n_pairs; ++c) {
+    const ContactVector<N> local = solved.guess.template segment<N>(N * c);
+    const Index k = solved.pairs[c];
+    if constexpr (N == 1)
+      watched.pairs.reaction[k] = local;
+    else
+      watched.pairs.reaction[k] = Step::rows(watched.pairs.contact[k]).transpose() * local;
+  }
+  for (Index c = 0; c < solved.walls.size(); ++c)
+    watched.walls.reaction[solved.walls[c]][0] = solved.guess[N * (n_pairs + c)];
+}
+
+}  // namespace jampack
