@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <jampack/analysis/audit_compliance.hpp>
 #include <jampack/analysis/audit_network.hpp>
 #include <jampack/analysis/audit_penetration.hpp>
@@ -122,11 +123,11 @@ class Audit {
   /// Every stored contact that carries force, and every sample that penetrates, at its projection now.
   void project_contacts() {
     using Key = std::tuple<Index, Index, Index>;
-    std::map<Key, const StoredContact<Dim>*> known;
+    std::multimap<Key, const StoredContact<Dim>*> known;  // several at a crease
     const auto take = [&](const auto& contacts) {
       for (const auto& c : contacts) {
         require(c.sample < boundary_.samples.size(), "audit: a contact lies where the mesh has no sample");
-        known[{c.candidate, c.sample, c.antagonist}] = &c;
+        known.emplace(Key{c.candidate, c.sample, c.antagonist}, &c);
       }
     };
     take(state_.pairs);
@@ -139,18 +140,18 @@ class Audit {
         const Sample& sample = boundary_.samples[s];
         const Vector<Dim> x = at_sample(sample, state_.grains[a].position);
         const auto visit = [&](Index antagonist, auto project, Index n_unknowns) {
-          const auto entry = known.find({a, s, antagonist});
-          const StoredContact<Dim>* stored = entry == known.end() ? nullptr : entry->second;
-          const bool carries = stored && !stored->reaction.isZero(0);
+          const auto [begin, end] = known.equal_range({a, s, antagonist});
+          const bool carries =
+              std::any_of(begin, end, [](const auto& entry) { return !entry.second->reaction.isZero(0); });
           if (!carries && antagonist >= 0 && !surfaces_[antagonist].may_reach(x, 0)) return;
           const typename Surface::Projection p = project();
-          Point point{a, antagonist, &sample, Vector<Dim>::Zero(), p, p, slack(a, s, antagonist), n_unknowns};
-          if (stored && antagonist >= 0) point.frame = step_frame(*stored, x);
-          if (!carries && !(point.frame.gap + point.slack < 0)) return;
-          if (!stored && p.gap + point.slack < -1e-6 * mean_diameter_) ++missed[a];
-          if (carries)
-            point.force = n_unknowns == 1 ? Vector<Dim>(stored->reaction[0] * p.normal) : stored->reaction;
-          found[a].push_back(point);
+          const Point point{
+              a, antagonist, &sample, Vector<Dim>::Zero(), p, p, slack(a, s, antagonist), n_unknowns};
+          if (begin == end && p.gap + point.slack < 0) {
+            if (p.gap + point.slack < -1e-6 * mean_diameter_) ++missed[a];
+            found[a].push_back(point);
+          }
+          for (auto entry = begin; entry != end; ++entry) add_stored(point, *entry->second, x, found[a]);
         };
         for (Index w = 0; w < state_.room.n_walls(); ++w)
           visit(
@@ -172,6 +173,26 @@ class Audit {
       points_.insert(points_.end(), found[a].begin(), found[a].end());
       report_.n_missed += missed[a];
     }
+  }
+
+  /// Adds a stored contact of the sample at x, if it carries a force or is entered; `point` says where the
+  /// sample is now.
+  void add_stored(Point point, const StoredContact<Dim>& stored, const Vector<Dim>& x,
+                  Array<Point>& found) const {
+    const bool carries = !stored.reaction.isZero(0);
+    if (point.antagonist >= 0) {
+      point.frame = step_frame(stored, x);
+      // A force of one unknown acts along the normal of its face, as that is now.
+      const bool is_there = point.at.face == stored.face;
+      if (point.n_unknowns == 1)
+        point.at.normal =
+            surfaces_[point.antagonist].own_normal(stored.face, is_there ? point.at.xi : stored.xi);
+    }
+    if (!carries && !(point.frame.gap + point.slack < 0)) return;
+    if (carries)
+      point.force =
+          point.n_unknowns == 1 ? Vector<Dim>(stored.reaction[0] * point.at.normal) : stored.reaction;
+    found.push_back(point);
   }
 
   /// How far a sample may enter: nodes of the smaller grain (the first of two of one size) not at all, all

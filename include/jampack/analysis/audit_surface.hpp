@@ -121,6 +121,11 @@ class AuditSurface {
     return ((x - lower).array() >= -margin).all() && ((upper - x).array() >= -margin).all();
   }
 
+  /// Unit normal of a face itself.
+  Vector<Dim> own_normal(Index f, const Coordinates& xi) const {
+    return area_vector(patches_[f].shape * slopes(xi)).normalized();
+  }
+
   /// Unit normal in the middle of a face.
   const Vector<Dim>& middle_normal(Index f) const { return patches_[f].middle_normal; }
 

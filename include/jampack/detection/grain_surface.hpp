@@ -25,6 +25,13 @@ class GrainSurface {
     bool on_surface = false;
   };
 
+  /// The plane that touches a face at a point of it.
+  struct TangentPlane {
+    Index face = -1;
+    FaceCoordinates<Dim> xi;
+    Vector<Dim> normal;  ///< unit, outward
+  };
+
   /// Takes over new nodal positions of a grain of this undeformed diameter; `position` must outlive the
   /// surface.
   void update(const Boundary<Dim>& boundary, const Nodal& position, double diameter) {
@@ -58,6 +65,36 @@ class GrainSurface {
 
   Vector<Dim> sample_normal(const typename Boundary<Dim>::Sample& sample) const {
     return sample_point(sample, normal_).normalized();
+  }
+
+  /// Unit normal of the face itself, which is not that of the faces around where they meet at an angle.
+  Vector<Dim> own_normal(Index face, const FaceCoordinates<Dim>& xi) const {
+    return face_normal<Dim>(tangent(face, xi)).normalized();
+  }
+
+  /// The tangent planes that bound where a point at x, whose projection this is, may go: that of the face it
+  /// is above and, where it is nearer than `near` (length) to a hollow crease, of the face beyond too. A face
+  /// folded back on itself has no plane: there the interpolated normal serves.
+  Array<TangentPlane> tangent_planes(const Vector<Dim>& x, const Projection& p, double near) const {
+    constexpr double folded = 0.5;  // cosine between the two normals
+    constexpr double flat = 0.01;   // angle at a crease that is none
+    const Vector<Dim> own = own_normal(p.face, p.xi), foot = point(p.face, p.xi);
+    Array<TangentPlane> planes{{p.face, p.xi, own.dot(p.normal) > folded ? own : p.normal}};
+    for (std::size_t side = 0; side < Dim; ++side) {
+      const Crease crease = nearest_on_side(p.face, p.xi, side);
+      const Vector<Dim> at = point(crease.beyond, crease.there);
+      if ((x - at).norm() > near) continue;
+      const Vector<Dim> first = own_normal(p.face, crease.here);
+      const Vector<Dim> second = own_normal(crease.beyond, crease.there);
+      const double angle = (second - first).norm();
+      const bool is_hollow = first.dot(tangent(crease.beyond, crease.there) * crease.onwards) > 0;
+      if (angle < flat || !is_hollow || second.dot(p.normal) < folded) continue;
+      // Where this face curves back below the plane, it is not the plane that bounds.
+      const Vector<Dim> back = foot - at;
+      if (second.dot(back) < 0.4 * angle * back.norm()) continue;
+      planes.push_back({crease.beyond, crease.there, second});
+    }
+    return planes;
   }
 
   /// The boundary node closest to a point, and its squared distance.
@@ -95,8 +132,9 @@ class GrainSurface {
     const Index start = boundary_->face_of_node[nearest];
     Projection best = walk(x, start);
     const bool is_outside = normal_.col(nearest).dot(x - position_->col(nearest)) > 0;
+    const double distance = (x - position_->col(nearest)).norm();
     if (best.on_surface && best.gap > -trusted_depth * diameter_ &&
-        (is_outside || best.gap < trusted_height * diameter_))
+        (is_outside ? best.gap <= 1.01 * distance : best.gap < trusted_height * diameter_))
       return best;
     const double side = contains(x) ? -1 : 1;
     const auto fits = [&](const Projection& p) {
@@ -112,6 +150,43 @@ class GrainSurface {
   }
 
  private:
+  /// Where two faces meet.
+  struct Crease {
+    Index beyond;                  ///< the other face
+    FaceCoordinates<Dim> here;     ///< coordinates on the face it is seen from
+    FaceCoordinates<Dim> there;    ///< and on the other one
+    FaceCoordinates<Dim> onwards;  ///< from there to the corner that is not on the crease
+  };
+
+  /// The point of a side of a face that lies straight across from the opposite corner through xi.
+  Crease nearest_on_side(Index face, const FaceCoordinates<Dim>& xi, std::size_t side) const {
+    const Index beyond = boundary_->neighbour[face][side];
+    const auto &from = boundary_->faces[face].node, &to = boundary_->faces[beyond].node;
+    auto here = barycentric(xi);
+    here[side] = 0;
+    double sum = 0;
+    for (const double b : here) sum += b;
+    std::array<double, Dim> there{};
+    std::size_t opposite = Dim * (Dim - 1) / 2;  // less the corners on the crease
+    for (std::size_t k = 0; k < Dim; ++k) {
+      if (k == side) continue;
+      here[k] = sum > 1e-9 ? here[k] / sum : 1.0 / (Dim - 1);
+      const auto same = std::size_t(std::find(to.begin(), to.begin() + Dim, from[k]) - to.begin());
+      there[same] = here[k];
+      opposite -= same;
+    }
+    const auto coordinates = [](const std::array<double, Dim>& b) {
+      return FaceCoordinates<Dim>(Eigen::Map<const FaceCoordinates<Dim>>(b.data() + 1));
+    };
+    return {beyond, coordinates(here), coordinates(there),
+            face_node_coordinates<Dim>(Index(opposite)) - coordinates(there)};
+  }
+
+  Eigen::Matrix<double, Dim, Dim - 1> tangent(Index face, const FaceCoordinates<Dim>& xi) const {
+    const auto& f = boundary_->faces[face];
+    return interpolate(f, face_shape<Dim>(f.n_nodes, xi).derivative, *position_);
+  }
+
   /// The faces within two of this one.
   Array<Index> faces_around(Index face) const {
     Array<Index> found{face};
@@ -156,7 +231,8 @@ class GrainSurface {
     for (int step = 0; step < 24; ++step) {
       const auto leave = solve_on_face(x, p);
       if (leave < 0) {
-        p.on_surface = true;
+        // Newton's method may have ended at no solution.
+        p.on_surface = finish(x, p) < 1e-6 * diameter_;
         return p;
       }
       const Index next = boundary_->neighbour[p.face][std::size_t(leave)];
@@ -214,7 +290,6 @@ class GrainSurface {
       if (*lowest < -0.4) return lowest - b.begin();
       if (largest < 1e-13) break;
     }
-    finish(x, p);
     const auto b = barycentric(p.xi);
     const auto lowest = std::min_element(b.begin(), b.end());
     return *lowest < -1e-12 ? lowest - b.begin() : -1;

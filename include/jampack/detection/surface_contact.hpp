@@ -28,18 +28,20 @@ struct SurfaceContact {
 
   bool is_wall() const { return antagonist < 0; }
   Index wall() const { return -1 - antagonist; }
+  /// Shared by the contacts of one sample with several faces of one grain, at a hollow crease.
   auto key() const { return std::tuple(candidate, sample, antagonist); }
 
-  /// Writes the projection on the antagonist into face, weights, normal and gap.
-  void set(const GrainSurface<Dim>& surface, const typename GrainSurface<Dim>::Projection& p) {
-    const auto& f = surface.boundary().faces[p.face];
-    face = p.face;
-    xi = p.xi;
+  /// Holds the sample, which is at x, above this plane.
+  void hold(const GrainSurface<Dim>& surface, const typename GrainSurface<Dim>::TangentPlane& plane,
+            const Vector<Dim>& x) {
+    const auto& f = surface.boundary().faces[plane.face];
+    face = plane.face;
+    xi = plane.xi;
     n_nodes = f.n_nodes;
     node = f.node;
-    weight = face_shape<Dim>(f.n_nodes, p.xi).value;
-    normal = p.normal;
-    gap = p.gap + slack;
+    weight = face_shape<Dim>(f.n_nodes, xi).value;
+    normal = plane.normal;
+    gap = normal.dot(x - antagonist_point(surface.position())) + slack;
   }
 
   template <class Nodal>
@@ -50,9 +52,9 @@ struct SurfaceContact {
   }
 };
 
-/// Contacts that carry N unknowns each, sorted by key(). A reaction with one unknown is the normal force;
-/// with Dim unknowns it is the force on the candidate in global axes, so that it stays meaningful while the
-/// normal turns.
+/// Contacts that carry N unknowns each, sorted by key(); of those that share one, that with the face the
+/// sample is above comes first. A reaction with one unknown is the normal force; with Dim unknowns it is the
+/// force on the candidate in global axes, so that it stays meaningful while the normal turns.
 template <int Dim, int N>
 struct SurfaceContacts {
   Array<SurfaceContact<Dim>> contact;

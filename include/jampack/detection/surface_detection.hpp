@@ -36,6 +36,26 @@ bool leads(const Array<GrainSurface<Dim>>& surfaces, Index a, Index b) {
 
 }  // namespace detail
 
+/// Past the last contact of the sample and the grain that contact `first` of a list is of.
+template <int Dim>
+Index end_of_sample(const Array<SurfaceContact<Dim>>& contacts, Index first) {
+  Index end = first + 1;
+  while (end < contacts.size() && contacts[end].key() == contacts[first].key()) ++end;
+  return end;
+}
+
+/// The contacts of a sample at x, projected on the other grain, from a contact that knows all but its planes.
+template <int Dim>
+void add_contacts(SurfaceContact<Dim> contact, const GrainSurface<Dim>& other,
+                  const typename GrainSurface<Dim>::Projection& p, const Vector<Dim>& x,
+                  Array<SurfaceContact<Dim>>& contacts) {
+  constexpr double crease = 0.02;  // so near to one over the diameter, a sample may come to lie in it
+  for (const auto& plane : other.tangent_planes(x, p, crease * other.diameter())) {
+    contact.hold(other, plane, x);
+    contacts.push_back(contact);
+  }
+}
+
 /// The samples asked for that are within range of another grain (`pairs`) or of a wall (`walls`), sorted by
 /// key. Grains that may touch come from an R-tree over their bounding balls; a sample starts its walk to its
 /// projection from the nearest node.
@@ -75,8 +95,7 @@ void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room
             outward.dot(p.normal) > 0.5)
           continue;
         contact.antagonist = b;
-        contact.set(other, p);
-        found_pairs[a].push_back(contact);
+        add_contacts(contact, other, p, x, found_pairs[a]);
       }
       contact.n_nodes = 0;
       for (Index w = 0; w < room.n_walls(); ++w) {
@@ -100,26 +119,36 @@ void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room
   }
 }
 
-/// Replaces the contacts of a set, keeping the reactions of those that stay (both lists sorted by key).
-/// A contact that goes while it carries a force is kept too: only the solver may release it.
+/// Replaces the contacts of a set, keeping the reactions of those that stay (both lists sorted by key); what
+/// a sample carried on faces it has left goes to the one it is above. A sample that goes while it carries a
+/// force is kept with its contacts: only the solver may release it.
 template <int Dim, int N>
 void replace_contacts(SurfaceContacts<Dim, N>& set, const Array<SurfaceContact<Dim>>& fresh) {
   SurfaceContacts<Dim, N> merged;
   Index old = 0;
-  auto keep_loaded = [&] {
-    if (!set.reaction[old].isZero(0)) {
-      merged.contact.push_back(set.contact[old]);
-      merged.reaction.push_back(set.reaction[old]);
-    }
-    ++old;
+  const auto keep_loaded = [&] {
+    const Index end = end_of_sample(set.contact, old);
+    const bool carries = std::any_of(set.reaction.begin() + old, set.reaction.begin() + end,
+                                     [](const auto& r) { return !r.isZero(0); });
+    for (; old < end; ++old)
+      if (carries) {
+        merged.contact.push_back(set.contact[old]);
+        merged.reaction.push_back(set.reaction[old]);
+      }
   };
-  for (const auto& contact : fresh) {
-    while (old < set.size() && set.contact[old].key() < contact.key()) keep_loaded();
-    merged.contact.push_back(contact);
-    if (old < set.size() && set.contact[old].key() == contact.key())
-      merged.reaction.push_back(set.reaction[old++]);
-    else
+  for (Index first = 0; first < fresh.size();) {
+    const Index end = end_of_sample(fresh, first), begin = merged.size();
+    while (old < set.size() && set.contact[old].key() < fresh[first].key()) keep_loaded();
+    for (; first < end; ++first) {
+      merged.contact.push_back(fresh[first]);
       merged.reaction.push_back(ContactVector<N>::Zero());
+    }
+    if (old == set.size() || set.contact[old].key() != merged.contact[begin].key()) continue;
+    for (const Index old_end = end_of_sample(set.contact, old); old < old_end; ++old) {
+      Index same = begin;
+      while (same < merged.size() && merged.contact[same].face != set.contact[old].face) ++same;
+      merged.reaction[same < merged.size() ? same : begin] += set.reaction[old];
+    }
   }
   while (old < set.size()) keep_loaded();
   set = std::move(merged);

@@ -126,9 +126,7 @@ Compaction<Packing, Law, Solver> restored_compaction(const StoredState<Packing::
       } else {
         // The frame as it was: a projection started anew may end elsewhere.
         const auto& other = surfaces[from.antagonist];
-        typename GrainSurface<Dim>::Projection frame{from.face, from.xi, from.normal};
-        frame.gap = frame.normal.dot(x - other.point(frame.face, frame.xi));
-        contact.set(other, frame);
+        contact.hold(other, {from.face, from.xi, from.normal}, x);
       }
       auto& reaction = set.reaction.emplace_back();
       reaction = from.reaction.head(reaction.size());

@@ -188,12 +188,8 @@ class Compaction {
     const auto& material = packing.model->material;
     const double most = 1e4 * packing.mean_diameter() * std::sqrt(material.density / material.young);
     double longest = most;  // what failed is tried again only little by little
-    constexpr int aside_again = 4;
-    for (Index k = 0, aside = 0; k < options.max_settling_steps && h > shortest; ++k) {
-      // A sample that was set aside may find its place when little else moves.
-      const bool whole = !step.contacts.any_set_aside() || aside == aside_again;
-      if (!whole) ++aside;
-      if (whole && grain_imbalance(network()) <= options.settled) return true;
+    for (Index k = 0; k < options.max_settling_steps && h > shortest; ++k) {
+      if (grain_imbalance(network()) <= options.settled) return true;
       const bool converged = step_to(packing.room.scale, h, [&] {
         for (auto& grain : packing.grains) grain.velocity.setZero();
         return FirstGuess::rest;

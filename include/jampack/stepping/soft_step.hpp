@@ -122,7 +122,6 @@ class SoftStep {
   bool begin(const Packing& packing, double h, FirstGuess guess, Watched& watched) {
     const double d = packing.mean_diameter();
     reach_ = options.reach * d;
-    least_move_ = 1e-6 * d;
     balance_.law = law;
     balance_.threads = condensed_.threads = options.threads;
     balance_.theta = options.theta;
@@ -132,10 +131,8 @@ class SoftStep {
         1e-14 * packing.model->material.young * std::pow(d, Dim) * double(packing.grains.size());
     balance_.penalty = options.penalty;
     if (!balance_.begin(packing, h, guess == FirstGuess::flight)) return false;
-    last_move_ = most_move_ = std::numeric_limits<double>::infinity();
-    direction_.resize(0);
+    last_move_ = std::numeric_limits<double>::infinity();
     mixing_.forget();
-    watched.begin_step();
     // Where the first guess is far off, all finer samples would be hit.
     watched.find(packing, balance_.x, reach_, SampleSet::coarse, options.threads);
     balance_.evaluate(packing, watched);
@@ -145,10 +142,9 @@ class SoftStep {
   void solve(const Packing& packing, double h, FirstGuess guess, SoftStepReport& report) {
     if (!begin(packing, h, guess, contacts)) return fail(report, inverted);
     const double d = packing.mean_diameter();
-    constexpr int frame_updates = 8;       // new frames whatever grains move ...
-    const double frame_move = 1e-3 * d;    // ... and whenever they move by more,
-    const double turning_move = 1e-5 * d;  // or by this while their motion turns to and fro
-    constexpr int patience = 20;           // iterations near the end that bring nothing
+    constexpr int frame_updates = 8;     // new frames whatever grains move ...
+    const double frame_move = 1e-3 * d;  // ... and whenever they move by more
+    constexpr int patience = 20;         // iterations near the end that bring nothing
     int refreshed = 0, rounds = 0, without_gain = 0;
     double least = std::numeric_limits<double>::infinity();
     for (;; ++report.iterations) {
@@ -165,7 +161,6 @@ class SoftStep {
         }
         if (++rounds == 4) return fail(report, "contact frames do not settle");
         refreshed = std::min(refreshed, frame_updates - 2);
-        most_move_ = std::numeric_limits<double>::infinity();
         least = std::numeric_limits<double>::infinity();
         balance_.evaluate(packing, contacts);
       }
@@ -173,8 +168,7 @@ class SoftStep {
         return fail(report, "no better balance in " + std::to_string(patience) + " iterations");
       if (report.iterations == options.max_iterations)
         return fail(report, "no balance after " + std::to_string(options.max_iterations) + " iterations");
-      const bool new_frames =
-          refreshed < frame_updates || last_move_ > (std::isfinite(most_move_) ? turning_move : frame_move);
+      const bool new_frames = refreshed < frame_updates || last_move_ > frame_move;
       if (new_frames) ++refreshed;
       if (!iterate(packing, report, new_frames))
         return fail(report, "no part of a move lowers the potential");
@@ -202,11 +196,8 @@ class SoftStep {
   /// The step that the condensed contact problem asks for, with its reactions as multipliers, as far as the
   /// potential falls; false when it falls nowhere along it: x is then as it was.
   bool iterate(const Packing& packing, SoftStepReport& report, bool new_frames) {
-    constexpr int late = 30;  // few steps that converge have more iterations
     Eigen::VectorXd dx;
     solve_condensed(packing, report, dx);
-    if (report.iterations >= late) bound_moves(dx);
-    direction_ = dx;
     const auto start = balance_.x;
     balance_.hold_bounds(contacts, contacts.pairs.reaction);
     const double before = balance_.potential(packing, contacts);
@@ -225,12 +216,6 @@ class SoftStep {
     }
     balance_.x = start;
     return false;
-  }
-
-  /// A sample that slides over a surface leaning against its normal leaves the plane it is held at, and every
-  /// renewal of frames can turn the motion round, for ever: each turn halves what nodes may move.
-  void bound_moves(const Eigen::VectorXd& dx) {
-    if (direction_.dot(dx) < 0) most_move_ = std::max(0.5 * std::min(last_move_, most_move_), least_move_);
   }
 
   /// Moves to a combination of the last moves, or further along start + dx, where the potential is `now`, as
@@ -304,11 +289,11 @@ class SoftStep {
     return all;
   }
 
-  /// The longest step that moves no node by more than half an edge, or than it may since the motion turned.
+  /// The longest step that moves no node by more than half an edge.
   double longest(const Packing& packing, const Eigen::VectorXd& dx) const {
     const double edge = packing.model->boundary.edge_length * packing.mean_diameter();
-    return std::min(1.0, std::min(0.5 * edge, most_move_) /
-                             std::max(dx.lpNorm<Eigen::Infinity>(), std::numeric_limits<double>::min()));
+    return std::min(1.0,
+                    0.5 * edge / std::max(dx.lpNorm<Eigen::Infinity>(), std::numeric_limits<double>::min()));
   }
 
   void place(const Array<Nodal>& start, double length, const Eigen::VectorXd& dx) {
@@ -324,11 +309,8 @@ class SoftStep {
   /// The packing and the contacts of a step that failed, as it was given up; balance_ still is there too.
   std::optional<std::pair<Packing, Watched>> failed_;
   double potential_round_off_ = 0;
-  double reach_ = 0;           ///< detection distance
-  double last_move_ = 0;       ///< largest displacement of a node in the last iteration
-  double most_move_ = 0;       ///< and what it may be ...
-  double least_move_ = 0;      ///< ... at least
-  Eigen::VectorXd direction_;  ///< the last move asked for
+  double reach_ = 0;      ///< detection distance
+  double last_move_ = 0;  ///< largest displacement of a node in the last iteration
 };
 
 }  // namespace jampack

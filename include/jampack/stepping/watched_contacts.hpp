@@ -2,10 +2,10 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <jampack/body/soft_packing.hpp>
 #include <jampack/detection/surface_detection.hpp>
 #include <jampack/law/contact_law.hpp>
+#include <limits>
 
 namespace jampack {
 
@@ -22,14 +22,6 @@ class WatchedContacts {
   SurfaceContacts<Dim, N> pairs;  ///< grain against grain
   SurfaceContacts<Dim, 1> walls;  ///< grain against wall
 
-  /// A step begins: no sample is set aside any more.
-  void begin_step() { jumps_.clear(); }
-
-  /// Was a sample set aside in the last step? Then it may be deeper than the law allows.
-  bool any_set_aside() const {
-    return std::any_of(jumps_.begin(), jumps_.end(), [](const Jumps& j) { return j.count >= most_jumps; });
-  }
-
   /// Detects anew at positions x all of these samples that are nearer than `reach` (length); forces stay with
   /// their contacts.
   void find(const Packing& packing, const Array<Nodal>& x, double reach, SampleSet samples, Threads threads) {
@@ -37,17 +29,15 @@ class WatchedContacts {
     Array<SurfaceContact<Dim>> found_pairs, found_walls;
     detect(surfaces_, packing.room, DetectionRange{reach, 0.1 * packing.mean_diameter(), samples}, threads,
            found_pairs, found_walls);
-    const auto held = pairs;
     replace_contacts(pairs, found_pairs);
     replace_contacts(walls, found_walls);
     detected_at_ = x;
     detected_ = samples;
     // What detection did not find is here because it carries a force.
     const auto less = [](const auto& p, const auto& q) { return p.key() < q.key(); };
-    project(packing, x, threads, [&](const auto& contact) {
-      return !std::binary_search(found_pairs.begin(), found_pairs.end(), contact, less);
+    project(packing, x, threads, [&](Index c) {
+      return !std::binary_search(found_pairs.begin(), found_pairs.end(), pairs.contact[c], less);
     });
-    set_aside(packing, x, held);
   }
 
   /// New frames at x for what may come to carry; new contacts too where a node has moved far since they were
@@ -59,10 +49,8 @@ class WatchedContacts {
     if (moved > 0.3 * reach || detected_ != SampleSet::all)
       return find(packing, x, reach, SampleSet::all, threads);
     const double near = 0.1 * reach;
-    const auto held = pairs;
     update_surfaces(packing, x, threads);
-    project(packing, x, threads, [&](const auto& contact) { return held_gap(packing, contact, x) < near; });
-    set_aside(packing, x, held);
+    project(packing, x, threads, [&](Index c) { return least_gap(packing, c, x) < near; });
   }
 
   /// Of a contact in a step that ends at x: gap along the normal, slip across it (eq. 5).
@@ -109,58 +97,41 @@ class WatchedContacts {
     return contact.normal.dot(apart) + contact.slack;
   }
 
-  /// Frames at x of those grain-grain contacts that are chosen; those at walls do not change.
-  template <class Chosen>
-  void project(const Packing& packing, const Array<Nodal>& x, Threads threads, Chosen chosen) {
-    constexpr Index chunk = 64;
-    parallel_for(threads, (pairs.size() + chunk - 1) / chunk, [&](Index k) {
-      for (Index c = k * chunk; c < std::min(pairs.size(), (k + 1) * chunk); ++c) {
-        auto& contact = pairs.contact[c];
-        if (!chosen(contact)) continue;
-        const auto& other = surfaces_[contact.antagonist];
-        const auto p = other.project(sample_point(packing, contact, x));
-        // A sample that is not opposite the other grain any more keeps the plane it was held at.
-        if (p.on_surface)
-          contact.set(other, p);
-        else
-          contact.gap = held_gap(packing, contact, x);
-      }
-    });
+  /// The least of the gaps at x of the sample that contact c is the first of.
+  double least_gap(const Packing& packing, Index c, const Array<Nodal>& x) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Index end = end_of_sample(pairs.contact, c); c < end; ++c)
+      least = std::min(least, held_gap(packing, pairs.contact[c], x));
+    return least;
   }
 
-  /// Sets samples aside whose gap goes on jumping up and down as frames are renewed, `held` being the
-  /// contacts with the frames before: where a surface has folded, a sample is below one sheet of it and above
-  /// another, and has no gap that is continuous.
-  void set_aside(const Packing& packing, const Array<Nodal>& x, const SurfaceContacts<Dim, N>& held) {
-    const double jump = 1e-3 * packing.mean_diameter();
-    Index h = 0;
-    for (const auto& contact : pairs.contact) {
-      while (h < held.size() && held.contact[h].key() < contact.key()) ++h;
-      if (h == held.size()) break;
-      if (held.contact[h].key() != contact.key()) continue;
-      const double before = held_gap(packing, held.contact[h], x);
-      if (!(std::abs(contact.gap - before) > jump && std::min(contact.gap, before) < jump)) continue;
-      const bool inward = contact.gap < before;
-      auto known =
-          std::find_if(jumps_.begin(), jumps_.end(), [&](const Jumps& j) { return j.key == contact.key(); });
-      if (known == jumps_.end()) {
-        jumps_.push_back({contact.key(), inward, 1});
-      } else if (known->inward != inward) {
-        known->inward = inward;
-        ++known->count;
+  /// Frames at x of those samples between grains that are chosen, by their first contact; those at walls do
+  /// not change.
+  template <class Chosen>
+  void project(const Packing& packing, const Array<Nodal>& x, Threads threads, Chosen chosen) {
+    Array<Index> first;
+    for (Index c = 0; c < pairs.size(); c = end_of_sample(pairs.contact, c)) first.push_back(c);
+    constexpr Index chunk = 64;
+    Array<Array<SurfaceContact<Dim>>> chunks((first.size() + chunk - 1) / chunk);
+    parallel_for(threads, chunks.size(), [&](Index k) {
+      for (Index s = k * chunk; s < std::min(first.size(), (k + 1) * chunk); ++s) {
+        const Index c = first[s], end = end_of_sample(pairs.contact, c);
+        const auto& other = surfaces_[pairs.contact[c].antagonist];
+        if (chosen(c)) {
+          const Vector<Dim> point = sample_point(packing, pairs.contact[c], x);
+          if (const auto p = other.project(point); p.on_surface) {
+            add_contacts(pairs.contact[c], other, p, point, chunks[k]);
+            continue;
+          }
+          // A sample that is not opposite the other grain any more keeps the planes it was held at.
+          for (Index i = c; i < end; ++i) pairs.contact[i].gap = held_gap(packing, pairs.contact[i], x);
+        }
+        chunks[k].insert(chunks[k].end(), pairs.contact.begin() + c, pairs.contact.begin() + end);
       }
-    }
-    if (!any_set_aside()) return;
-    SurfaceContacts<Dim, N> kept;
-    for (Index c = 0; c < pairs.size(); ++c) {
-      const auto key = pairs.contact[c].key();
-      if (std::any_of(jumps_.begin(), jumps_.end(),
-                      [&](const Jumps& j) { return j.count >= most_jumps && j.key == key; }))
-        continue;
-      kept.contact.push_back(pairs.contact[c]);
-      kept.reaction.push_back(pairs.reaction[c]);
-    }
-    pairs = std::move(kept);
+    });
+    Array<SurfaceContact<Dim>> all;
+    for (const auto& part : chunks) all.insert(all.end(), part.begin(), part.end());
+    replace_contacts(pairs, all);
   }
 
   template <class Reactions, int M>
@@ -178,15 +149,6 @@ class WatchedContacts {
     }
   }
 
-  /// How often in this step the gap of a sample has jumped the other way than before.
-  struct Jumps {
-    decltype(SurfaceContact<Dim>().key()) key;
-    bool inward;
-    int count;
-  };
-  static constexpr int most_jumps = 4;
-
-  Array<Jumps> jumps_;
   Array<GrainSurface<Dim>> surfaces_;
   Array<Nodal> detected_at_;
   SampleSet detected_ = SampleSet::all;
