@@ -21,10 +21,11 @@ struct SurfaceContact {
   FaceCoordinates<Dim> xi = FaceCoordinates<Dim>::Zero();  ///< on that face
   Index n_nodes = 0;                                       ///< of that face; 0 at a wall
   std::array<Index, max_face_nodes<Dim>> node{};
-  Eigen::Matrix<double, max_face_nodes<Dim>, 1> weight;
-  Vector<Dim> normal;  ///< from antagonist to candidate
-  double slack = 0;    ///< how far the sample may enter, >= 0: its boundary lies that far inside, length
-  double gap = 0;      ///< of that boundary: signed distance plus slack
+  Eigen::Matrix<double, max_face_nodes<Dim>, 1> weight =
+      Eigen::Matrix<double, max_face_nodes<Dim>, 1>::Zero();
+  Vector<Dim> normal = Vector<Dim>::Zero();  ///< from antagonist to candidate
+  double slack = 0;  ///< how far the sample may enter, >= 0: its boundary lies that far inside, length
+  double gap = 0;    ///< of that boundary: signed distance plus slack
 
   bool is_wall() const { return antagonist < 0; }
   Index wall() const { return -1 - antagonist; }
