@@ -33,9 +33,17 @@ enum class FirstGuess {
   rest,    ///< where they are: velocities that were given them tell nothing of what contacts will do
 };
 
+/// What becomes of a step that ends without balance.
+enum class Unfinished {
+  undone,  ///< all is as it was
+  kept,    ///< where it came near to it: enough on the way to rest, where only the end counts
+};
+
 /// What one step cost and reached.
 struct SoftStepReport {
   bool converged = false;
+  bool kept = false;          ///< not converged, but near balance and kept
+  bool near_balance = false;  ///< not converged, but balance and law hold to a hundredth
   int iterations = 0;
   Index sweeps = 0;                 ///< of the contact solver, or what it counts
   double equilibrium_residual = 0;  ///< |M dv - h (f_ext - f_int) - H^T r| / |H^T r|, the step's own frames
@@ -64,9 +72,9 @@ class SoftStep {
   SoftStep(Law contact_law, SoftStepOptions step_options) : law(contact_law), options(step_options) {}
 
   /// Advances `packing` by h, the room's scale going to `new_scale`. On failure the packing and the
-  /// contacts are as they were.
-  SoftStepReport advance(Packing& packing, double h, double new_scale,
-                         FirstGuess guess = FirstGuess::flight) {
+  /// contacts are as they were, unless something else is asked for.
+  SoftStepReport advance(Packing& packing, double h, double new_scale, FirstGuess guess = FirstGuess::flight,
+                         Unfinished unfinished = Unfinished::undone) {
     const auto saved = contacts;
     const double old_scale = std::exchange(packing.room.scale, new_scale);
     failed_.reset();
@@ -74,9 +82,12 @@ class SoftStep {
     try {
       solve(packing, h, guess, report);
     } catch (const NotConverged& error) {
+      report.near_balance = false;
       fail(report, error.what());
     }
-    if (report.converged) {
+    report.kept = !report.converged && report.near_balance && unfinished == Unfinished::kept;
+    if (report.kept) balance_.accept_forces(contacts);
+    if (report.converged || report.kept) {
       for (Index g = 0; g < packing.grains.size(); ++g) {
         auto& grain = packing.grains[g];
         grain.velocity =
@@ -166,6 +177,7 @@ class SoftStep {
         balance_.evaluate(packing, contacts);
         if (last_ && couple(packing)) continue;
       }
+      report.near_balance = left < 1e-2;
       if (without_gain == patience)
         return fail(report, "no better balance in " + std::to_string(patience) + " iterations");
       if (report.iterations == options.max_iterations)
