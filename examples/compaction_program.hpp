@@ -132,8 +132,11 @@ class CompactionProgram {
     coordination_ = kept("Z");
     const auto source = std::filesystem::path(parameters_.resume).parent_path();
     if (!std::filesystem::exists(folder_ / "curve.csv"))
-      for (const char* name : {"curve.csv", "packing.pvd", "packing"})
+      for (const char* name : {"curve.csv", "packing.pvd", "packing"}) {
+        require(std::filesystem::exists(source / name),
+                parameters_.resume + ": " + name + " of its run is missing beside it; move both together");
         std::filesystem::copy(source / name, folder_ / name, std::filesystem::copy_options::recursive);
+      }
     csv_.emplace(CsvWriter::resume(folder_ / "curve.csv", columns(), n_records_));
     pvd_.emplace(PvdSeries::resume(folder_ / "packing.pvd", 2 * n_records_));
     auto run = restored_compaction<Packing>(state, law(), CompactionOptions{}, step_options());
