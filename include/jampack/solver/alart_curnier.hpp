@@ -14,6 +14,13 @@ struct AlartCurnierRow {
   Eigen::Matrix<double, N, N> a = Eigen::Matrix<double, N, N>::Identity();
   Eigen::Matrix<double, N, N> c = Eigen::Matrix<double, N, N>::Zero();
   ContactVector<N> b;
+
+  /// The part of v that takes part, zero where it is gone.
+  ContactVector<N> kept(const ContactVector<N>& v) const {
+    ContactVector<N> part;
+    for (int i = 0; i < N; ++i) part[i] = i < n_rows ? v[i] : 0.0;
+    return part;
+  }
 };
 
 /// At reactions r and velocities u, with the step rho > 0 of the natural map.

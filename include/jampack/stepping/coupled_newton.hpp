@@ -121,12 +121,8 @@ class CoupledNewton {
     });
     for (const auto& [grain, node, force] : gone_)
       z.template segment<Dim>(n_nodal_ * grain + Dim * node) -= force;
-    for (Index c = 0; c < active_.size(); ++c) {
-      auto row = z.template segment<N>(n_motions + N * c);
-      row.setZero();
-      const int kept = active_[c].row.n_rows;
-      row.head(kept) = active_[c].stiffness * active_[c].row.b.head(kept);
-    }
+    for (Index c = 0; c < active_.size(); ++c)
+      z.template segment<N>(n_motions + N * c) = active_[c].stiffness * active_[c].row.kept(active_[c].row.b);
     if (!gmres([&](const Eigen::VectorXd& v, Eigen::VectorXd& out) { apply(packing, v, out); },
                [&](Eigen::VectorXd& v) { precondition(v); }, z, enough, max_iterations) ||
         !z.allFinite())
@@ -136,9 +132,7 @@ class CoupledNewton {
     for (auto& r : watched.walls.reaction) r.setZero();
     for (Index c = 0; c < active_.size(); ++c) {
       const auto& active = active_[c];
-      Vec r = Vec::Zero();
-      const int kept = active.row.n_rows;
-      r.head(kept) = (active.reaction + z.template segment<N>(n_motions + N * c)).head(kept);
+      const Vec r = active.row.kept(active.reaction + z.template segment<N>(n_motions + N * c));
       if (active.is_wall)
         watched.walls.reaction[active.index][0] = r[0];
       else if constexpr (N == 1)
@@ -194,8 +188,7 @@ class CoupledNewton {
           for (Index i = 0; i < contact.n_nodes; ++i)
             spread(contact.antagonist, contact.node[std::size_t(i)], -contact.weight[i]);
         };
-        Vec lost = r;
-        lost.head(row.n_rows).setZero();
+        const Vec lost = r - row.kept(r);
         if (!lost.isZero(0))
           for_each_node([&](Index grain, Index node, double weight) {
             gone_.push_back({grain, node, weight * (axes.transpose() * lost)});
@@ -225,9 +218,8 @@ class CoupledNewton {
         a[place] = row.a;
         c[place] = row.c;
       } else {
-        Block own = Block::Identity();
-        own.topLeftCorner(row.n_rows, row.n_rows) =
-            (row.a / stiffness + row.c).topLeftCorner(row.n_rows, row.n_rows);
+        Block own = row.a / stiffness + row.c;
+        for (int i = row.n_rows; i < N; ++i) own.row(i) = Block::Identity().row(i);
         alone_[k] = own.inverse();
       }
     }
@@ -266,9 +258,7 @@ class CoupledNewton {
     for (Index c = 0; c < active_.size(); ++c) {
       const auto& row = active_[c].row;
       const Vec v = row.a * u.template segment<N>(N * c) + row.c * force.template segment<N>(N * c);
-      auto of_contact = out.template segment<N>(n_motions + N * c);
-      of_contact.setZero();
-      of_contact.head(row.n_rows) = active_[c].stiffness * v.head(row.n_rows);
+      out.template segment<N>(n_motions + N * c) = active_[c].stiffness * row.kept(v);
     }
   }
 
@@ -283,8 +273,7 @@ class CoupledNewton {
       const auto& active = active_[c];
       auto own = force.template segment<N>(N * c);
       const Vec v = z.template segment<N>(n_motions + N * c) / active.stiffness - active.row.a * own;
-      own.setZero();
-      own.head(active.row.n_rows) = v.head(active.row.n_rows);
+      own = active.row.kept(v);
       if (active.place >= 0)
         known.template segment<N>(N * active.place) = own;
       else
