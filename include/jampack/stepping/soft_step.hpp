@@ -158,7 +158,7 @@ class SoftStep {
     const double frame_move = 1e-2 * d;  // grains that move by more take their contacts' frames with them
     constexpr int most_rounds = 8;       // of contact detected afresh
     constexpr int patience = 20;         // iterations near the end that bring nothing
-    int rounds = 0, without_gain = 0;
+    int rounds = 0, renewals = 0, without_gain = 0;
     double least = std::numeric_limits<double>::infinity();
     for (;; ++report.iterations) {
       report.equilibrium_residual = balance_.equilibrium_residual();
@@ -175,16 +175,20 @@ class SoftStep {
         if (++rounds == most_rounds) return fail(report, "contact frames do not settle");
         least = std::numeric_limits<double>::infinity();
         balance_.evaluate(packing, contacts);
-        if (last_ && couple(packing)) continue;
+        // Frames that turn with every solution must turn in smaller pieces.
+        renewals = 2 * (rounds - 1);
+        if (rounds == 1 && last_ && couple(packing)) continue;
       }
       report.near_balance = left < 1e-2;
       if (without_gain == patience)
         return fail(report, "no better balance in " + std::to_string(patience) + " iterations");
       if (report.iterations == options.max_iterations)
         return fail(report, "no balance after " + std::to_string(options.max_iterations) + " iterations");
-      if (!iterate(packing, report, last_move_ > frame_move))
+      const bool renew = renewals > 0;
+      if (!iterate(packing, report, renew || last_move_ > frame_move))
         return fail(report, "no part of a move lowers the potential");
-      couple(packing);
+      if (renew) --renewals;
+      if (renewals == 0) couple(packing);
     }
   }
 
