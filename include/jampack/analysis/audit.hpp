@@ -210,12 +210,7 @@ class Audit {
     frame.face = stored.face;
     frame.xi = stored.xi;
     frame.normal = stored.normal;
-    Vector<Dim> foot = Vector<Dim>::Zero();
-    const auto& face = state_.mesh.faces[stored.face];
-    const auto weight = surfaces_[stored.antagonist].weights(stored.face, stored.xi);
-    for (Index i = 0; i < face.n_nodes; ++i)
-      foot += weight[i] * state_.grains[stored.antagonist].position.col(face.node[std::size_t(i)]);
-    frame.gap = frame.normal.dot(x - foot);
+    frame.gap = frame.normal.dot(x - surfaces_[stored.antagonist].position(stored.face, stored.xi));
     return frame;
   }
 
@@ -239,10 +234,13 @@ class Audit {
   double imbalance(typename Surface::Projection Point::*place) const {
     Array<Nodal> contact(state_.grains.size());
     for (auto& f : contact) f = Nodal::Zero(Dim, state_.mesh.nodes.size());
-    for (const Point& point : points_)
-      if (!point.force.isZero(0))
-        spread(point, point.*place,
-               [&](Index g, Index node, double w) { contact[g].col(node) += w * point.force; });
+    for (const Point& point : points_) {
+      if (point.force.isZero(0)) continue;
+      const auto& met = point.*place;
+      const Vector<Dim> force =
+          point.n_unknowns == 1 ? Vector<Dim>(point.force.dot(point.at.normal) * met.normal) : point.force;
+      spread(point, met, [&](Index g, Index node, double w) { contact[g].col(node) += w * force; });
+    }
     double error = 0, size = 0;
     for (Index g = 0; g < state_.grains.size(); ++g) {
       Nodal residual = force_[g] - contact[g];

@@ -121,6 +121,8 @@ class AuditSurface {
     return ((x - lower).array() >= -margin).all() && ((upper - x).array() >= -margin).all();
   }
 
+  Vector<Dim> position(Index f, const Coordinates& xi) const { return at(patches_[f], xi); }
+
   /// Unit normal of a face itself.
   Vector<Dim> own_normal(Index f, const Coordinates& xi) const {
     return area_vector(patches_[f].shape * slopes(xi)).normalized();
