@@ -87,6 +87,7 @@
 #include <jampack/problem/stored_blocks.hpp>
 
 #include <jampack/solver/admm.hpp>
+#include <jampack/solver/alart_curnier.hpp>
 #include <jampack/solver/anderson.hpp>
 #include <jampack/solver/block_sparse_lu.hpp>
 #include <jampack/solver/colouring.hpp>
@@ -111,6 +112,7 @@
 #include <jampack/stepping/compaction.hpp>
 #include <jampack/stepping/condensed_contacts.hpp>
 #include <jampack/stepping/condensed_step.hpp>
+#include <jampack/stepping/coupled_newton.hpp>
 #include <jampack/stepping/hertz_balance.hpp>
 #include <jampack/stepping/jam.hpp>
 #include <jampack/stepping/moreau_rigid.hpp>

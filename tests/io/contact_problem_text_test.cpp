@@ -75,7 +75,7 @@ TEST_CASE("a step that fails leaves the contact problem it was given up before, 
   CHECK_FALSE(write_failed_step(path, run.step));
   CHECK_FALSE(std::filesystem::exists(path));
 
-  run.step.options.max_iterations = 1;
+  run.step.options.max_iterations = 0;
   REQUIRE_FALSE(run.try_step(0.01));
   REQUIRE(write_failed_step(path, run.step));
   const auto file = read_contact_problem(path);
@@ -85,7 +85,7 @@ TEST_CASE("a step that fails leaves the contact problem it was given up before, 
   check_same(saved, failed->problem);
 
   Eigen::VectorXd r = file.guess;
-  CHECK(scaled_residual(saved, r) > 1e-3);  // one iteration was not enough
+  CHECK(scaled_residual(saved, r) > 1e-3);  // nothing was solved yet
   const SolveReport report = DefaultSolver{.stop = {.tolerance = 1e-8}}.solve(saved, r);
   CHECK(report.converged);
   CHECK(r.norm() > 0);

@@ -84,6 +84,11 @@ void check(Threads threads) {
     CHECK(error([&](auto& y) { return factors.solve(n_rows, a, constant, y); }) <= 1e-10);
     CHECK(error([&](auto& y) { return gmres.solve(n_rows, a, constant, 1e-11, y); }) <= 1e-9);
     CHECK(error([&](auto& y) { return of_grains.solve(n_rows, a, constant, y); }) <= 1e-2);
+    CHECK(error([&](auto& y) {
+            if (!of_grains.prepare(n_rows, a, constant)) return false;
+            of_grains.precondition(y);
+            return true;
+          }) <= 1e-10);  // so few contacts are left to factors
     CHECK(error([&](auto& y) { return of_blocks.solve(n_rows, a, constant, y); }) <= 1e-8);
   }
 }

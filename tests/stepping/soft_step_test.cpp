@@ -108,6 +108,24 @@ TEST_CASE("a step that fails leaves the packing as it was") {
   }
 }
 
+TEST_CASE("a step that ends near balance is kept where that is asked, and only there") {
+  auto run = two_spheres(1);
+  while (run.pressure() == 0) run.advance();
+  run.step.options.scaled_tolerance = -1;  // no law is held so well
+  auto packing = run.packing;
+  const double scale = packing.room.scale;
+  const auto undone = run.step.advance(packing, 1, 0.999 * scale);
+  CHECK_FALSE((undone.converged || undone.kept));
+  CHECK(packing.room.scale == scale);
+  CHECK((packing.grains[0].position == run.packing.grains[0].position));
+  const auto kept = run.step.advance(packing, 1, 0.999 * scale, FirstGuess::rest, Unfinished::kept);
+  CHECK_FALSE(kept.converged);
+  CHECK(kept.kept);
+  CHECK(kept.equilibrium_residual < 1e-2);
+  CHECK(packing.room.scale == 0.999 * scale);
+  CHECK_FALSE((packing.grains[0].position == run.packing.grains[0].position));
+}
+
 TEST_CASE("spheres that are pressed settle, and the number of threads changes no bit") {
   auto one = two_spheres(1);
   auto two = two_spheres(2);

@@ -61,8 +61,7 @@ class GrainNewtonGmres {
   bool solve(const Array<int>& n_rows, const Array<Block>& a, const Array<Block>& constant, double tolerance,
              Eigen::VectorXd& x) {
     constexpr Index max_iterations = 60;
-    if (modes_.empty()) find_modes();
-    if (!factorise(n_rows, a, constant)) return false;
+    if (!prepare(n_rows, a, constant)) return false;
     Eigen::VectorXd y(size_), r(N * n_rows.size()), u;
     for_each_unknown(n_rows, [&](Index i, Index j) { y[i] = x[j]; });
     const auto product = [&](const Eigen::VectorXd& v, Eigen::VectorXd& out) {
@@ -77,10 +76,25 @@ class GrainNewtonGmres {
                   .head(n_rows[c]);
     };
     if (!gmres(
-            product, [&](Eigen::VectorXd& v) { precondition(v); }, y, tolerance, max_iterations))
+            product, [&](Eigen::VectorXd& v) { precondition_packed(v); }, y, tolerance, max_iterations))
       return false;
     for_each_unknown(n_rows, [&](Index i, Index j) { x[j] = y[i]; });
     return true;
+  }
+
+  /// Sets up the preconditioner; false if there is none.
+  bool prepare(const Array<int>& n_rows, const Array<Block>& a, const Array<Block>& constant) {
+    if (modes_.empty()) find_modes();
+    n_rows_ = n_rows;
+    return factorise(n_rows, a, constant);
+  }
+
+  /// x becomes about (A W + C)^-1 x; unknowns that do not take part stay as they are.
+  void precondition(Eigen::VectorXd& x) const {
+    Eigen::VectorXd y(size_);
+    for_each_unknown(n_rows_, [&](Index i, Index j) { y[i] = x[j]; });
+    precondition_packed(y);
+    for_each_unknown(n_rows_, [&](Index i, Index j) { x[j] = y[i]; });
   }
 
  private:
@@ -177,7 +191,7 @@ class GrainNewtonGmres {
   }
 
   /// v becomes about (A W + C)^-1 v.
-  void precondition(Eigen::VectorXd& v) const {
+  void precondition_packed(Eigen::VectorXd& v) const {
     Eigen::VectorXd coarse = Eigen::VectorXd::Zero(first_mode_.back()), part;
     for (const Group& group : groups_) {
       if (group.size == 0) continue;
@@ -218,6 +232,7 @@ class GrainNewtonGmres {
   const Delassus& w_;
   Threads threads_;
   Array<Group> groups_;
+  Array<int> n_rows_;        ///< of the last preparation
   Array<Index> start_;       ///< of a contact's unknowns
   Array<Index> first_mode_;  ///< of a grain, among all
   Array<Eigen::MatrixXd> modes_;

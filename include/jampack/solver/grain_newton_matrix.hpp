@@ -29,7 +29,19 @@ class NewtonMatrix<GrainComplianceDelassus<N>> {
     return factors_.solve(n_rows, a, constant, x);
   }
 
+  /// Makes precondition() an approximation of the inverse, or the inverse where factors cost less. False if
+  /// there is none.
+  bool prepare(const Array<int>& n_rows, const Array<Block>& a, const Array<Block>& constant) {
+    by_factors_ = factors_.work(n_rows) <= gmres_.work(n_rows);
+    return by_factors_ ? factors_.factorise(n_rows, a, constant) : gmres_.prepare(n_rows, a, constant);
+  }
+  /// Of a right-hand side; unknowns that do not take part stay as they are.
+  void precondition(Eigen::VectorXd& x) const {
+    by_factors_ ? factors_.substitute(x) : gmres_.precondition(x);
+  }
+
  private:
+  bool by_factors_ = false;
   Array<ContactGroup> groups_;
   MultifrontalLU<N> factors_;
   GrainNewtonGmres<N> gmres_;

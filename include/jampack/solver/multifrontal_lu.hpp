@@ -55,7 +55,7 @@ class MultifrontalLU {
     return x.allFinite();
   }
 
- private:
+  /// False if the matrix has no factors.
   bool factorise(const Array<int>& n_rows, const Array<Block>& a, const Array<Block>& constant) {
     n_rows_ = n_rows;
     for (auto& group : groups_) {
@@ -77,6 +77,7 @@ class MultifrontalLU {
     return true;
   }
 
+  /// With the last factors.
   void substitute(Eigen::VectorXd& x) const {
     // y holds the unknowns group by group in the order of elimination.
     Array<Index> start(groups_.size() + 1, 0);
@@ -121,6 +122,7 @@ class MultifrontalLU {
     for_each_unknown([](double of_y, double& of_x) { of_x = of_y; });
   }
 
+ private:
   /// Contacts between the same two bodies.
   struct Group {
     Array<Index> contacts;

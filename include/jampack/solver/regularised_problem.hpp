@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <jampack/problem/grain_compliance_delassus.hpp>
+#include <jampack/solver/alart_curnier.hpp>
 #include <jampack/solver/colouring.hpp>
 #include <jampack/solver/local_solver.hpp>
 #include <jampack/solver/newton_matrix.hpp>
@@ -93,9 +94,12 @@ class RegularisedProblem {
     if (!matrix_) matrix_ = std::make_unique<Matrix>(w_, threads_);
     Eigen::VectorXd gone = r, lost;
     for (Index c = 0; c < n_; ++c) {
-      dr.template segment<N>(N * c) =
-          linearise(c, Vec(r.template segment<N>(N * c)), Vec(u.template segment<N>(N * c)));
-      constant_[c] += shift_[c] * factor_[c];
+      const auto row = alart_curnier_row<N>(law_[c], Vec(r.template segment<N>(N * c)),
+                                            Vec(u.template segment<N>(N * c)), step_[c]);
+      n_rows_[c] = row.n_rows;
+      factor_[c] = row.a;
+      constant_[c] = row.c + shift_[c] * row.a;
+      dr.template segment<N>(N * c) = row.b;
       gone.template segment<N>(N * c).head(n_rows_[c]).setZero();
     }
     // The right-hand side keeps what they take away.
@@ -128,42 +132,6 @@ class RegularisedProblem {
   Vec rest(const Eigen::VectorXd& r, Index c) const {
     return q_.template segment<N>(N * c) +
            shift_[c] * (r.template segment<N>(N * c) - centre_.template segment<N>(N * c));
-  }
-
-  // One row of the linear system, A (du) + C dr = b: sets A and C, returns b. For an open contact b = -r.
-  Vec linearise(Index c, const Vec& r, const Vec& u) {
-    const double rho = step_[c], friction = law_[c].friction;
-    double normal_velocity = u[0], softness = 0;
-    if constexpr (LocalLaw::is_compliant) {
-      normal_velocity += law_[c].compliance(r[0]);
-      softness = r[0] > 0 ? law_[c].compliance_slope(r[0]) : 0;
-    }
-    const double normal = r[0] - rho * normal_velocity;
-    n_rows_[c] = !(normal > 0) ? 0 : friction > 0 ? N : 1;
-    Block& a = factor_[c];
-    Block& k = constant_[c];
-    a.setIdentity();
-    k.setZero();
-    if (n_rows_[c] == 0) return -r;
-    k(0, 0) = softness;
-    Vec b = -u;
-    b[0] = -normal_velocity;
-    if constexpr (N > 1) {
-      using Tangential = Eigen::Matrix<double, N - 1, 1>;
-      using TangentialBlock = Eigen::Matrix<double, N - 1, N - 1>;
-      const Tangential v = (r - rho * u).template tail<N - 1>();
-      const double size = v.norm();
-      if (size > friction * normal) {  // slipping
-        const Tangential e = v / size;
-        const TangentialBlock turn =
-            (friction * normal / size) * (TangentialBlock::Identity() - e * e.transpose());
-        a.template bottomRightCorner<N - 1, N - 1>() = turn;
-        k.template bottomRightCorner<N - 1, N - 1>() = (TangentialBlock::Identity() - turn) / rho;
-        k.template bottomLeftCorner<N - 1, 1>() = -friction / rho * e;
-        b.template tail<N - 1>() = (friction * r[0] * e + turn * v - r.template tail<N - 1>()) / rho;
-      }
-    }
-    return b;
   }
 
   const Stored& w_;

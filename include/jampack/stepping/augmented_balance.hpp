@@ -71,6 +71,16 @@ class AugmentedBalance {
     return std::all_of(good.begin(), good.end(), [](char ok) { return ok != 0; });
   }
 
+  /// theta K + M / (theta h^2) at x with the exact K, which need not be positive definite.
+  void exact_tangent(const Packing& packing, Array<BlockMatrix<Dim>>& exact) const {
+    exact.resize(x.size());
+    parallel_for(threads, x.size(), [&](Index g) {
+      Nodal at_x;
+      packing.grains[g].internal_force_and_tangent(*packing.model, x[g], at_x, exact[g]);
+      add_inertia(packing, g, exact[g]);
+    });
+  }
+
   /// What the contact forces, the multipliers within their cones, leave of balance and contact law at x;
   /// writes the gaps of the contacts.
   void evaluate(const Packing& packing, Contacts& contacts) {

@@ -137,9 +137,11 @@ class Compaction {
   /// last step that converged.
   template <class Progress>
   bool settle(Progress&& progress) {
-    const double tolerance = step.options.tolerance;
+    const SoftStepOptions saved = step.options;
+    // What does not converge soon is on a long way down; it is kept.
+    step.options.max_iterations = std::min(saved.max_iterations, 30);
     const bool settled = settle_in_steps(progress);
-    step.options.tolerance = tolerance;
+    step.options = saved;
     return settled;
   }
   bool settle() {
@@ -147,10 +149,10 @@ class Compaction {
   }
 
   /// One step of duration h in which the room's scale goes to `scale`, and what is kept of it; `prepare` may
-  /// change velocities first, and returns the first guess. False, with the packing as it was, when it did not
-  /// converge.
+  /// change velocities first, and returns the first guess. False when it did not converge; the packing is
+  /// then as it was, unless it was to be kept and came near (`report.kept`).
   template <class Prepare>
-  bool step_to(double scale, double h, Prepare prepare) {
+  bool step_to(double scale, double h, Prepare prepare, Unfinished unfinished = Unfinished::undone) {
     Array<typename Packing::Nodal> position, velocity, unprepared;
     for (const auto& grain : packing.grains) unprepared.push_back(grain.velocity);
     const FirstGuess guess = prepare();
@@ -158,9 +160,9 @@ class Compaction {
       position.push_back(grain.position);
       velocity.push_back(grain.velocity);
     }
-    report = step.advance(packing, h, scale, guess);
+    report = step.advance(packing, h, scale, guess, unfinished);
     n_iterations += report.iterations;
-    if (!report.converged) {
+    if (!report.converged && !report.kept) {
       for (Index g = 0; g < packing.grains.size(); ++g) packing.grains[g].velocity = unprepared[g];
       return false;
     }
@@ -169,7 +171,7 @@ class Compaction {
     position_before = std::move(position);
     velocity_before = std::move(velocity);
     last_pressure = std::max(0.0, pressure());
-    return true;
+    return report.converged;
   }
 
   /// Of the walls from the centre, at scale 1.
@@ -188,12 +190,19 @@ class Compaction {
     const auto& material = packing.model->material;
     const double most = 1e4 * packing.mean_diameter() * std::sqrt(material.density / material.young);
     double longest = most;  // what failed is tried again only little by little
+    bool converged = true;
+    const auto step_from_rest = [&](Unfinished unfinished) {
+      return step_to(
+          packing.room.scale, h,
+          [&] {
+            for (auto& grain : packing.grains) grain.velocity.setZero();
+            return FirstGuess::rest;
+          },
+          unfinished);
+    };
     for (Index k = 0; k < options.max_settling_steps && h > shortest; ++k) {
-      if (grain_imbalance(network()) <= options.settled) return true;
-      const bool converged = step_to(packing.room.scale, h, [&] {
-        for (auto& grain : packing.grains) grain.velocity.setZero();
-        return FirstGuess::rest;
-      });
+      if (converged && grain_imbalance(network()) <= options.settled) return true;
+      converged = step_from_rest(Unfinished::kept);
       if (converged) {
         // A grain that carries next to nothing is not seen in the residual of all.
         if (report.iterations == 0) step.options.tolerance = std::max(0.1 * step.options.tolerance, 1e-10);
@@ -203,11 +212,13 @@ class Compaction {
       } else {
         ++n_failed;
         longest = 0.5 * h;
-        h /= 5;
+        h *= report.kept ? 0.5 : 0.2;
       }
       progress(std::as_const(*this));
     }
-    return grain_imbalance(network()) <= options.settled;
+    // What is left behind must be the end of a step.
+    for (; !converged && h > 0.01 * shortest; h *= 0.2) converged = step_from_rest(Unfinished::undone);
+    return converged && grain_imbalance(network()) <= options.settled;
   }
 
   /// Of a step of volumetric strain `size`.

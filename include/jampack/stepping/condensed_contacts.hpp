@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <jampack/stepping/augmented_balance.hpp>
 #include <jampack/stepping/condensed_step.hpp>
 #include <jampack/stepping/watched_contacts.hpp>
@@ -14,6 +16,21 @@ struct CondensedContacts {
   Problem problem;            ///< may use the factors of the step: not to outlive the step's next use
   Eigen::VectorXd guess;      ///< the forces so far, with which its solution begins
   Array<Index> pairs, walls;  ///< the watched contacts that take part: these pairs, then these walls
+  /// Which those are, for a time when others are watched: key and face, sorted, with the place here.
+  Array<std::pair<std::array<Index, 4>, Index>> places;
+
+  template <class Contact>
+  static std::array<Index, 4> identity(const Contact& contact) {
+    return {contact.candidate, contact.sample, contact.antagonist, contact.face};
+  }
+  /// -1 for a contact that takes no part.
+  template <class Contact>
+  Index place(const Contact& contact) const {
+    const auto wanted = identity(contact);
+    const auto found = std::lower_bound(places.begin(), places.end(), wanted,
+                                        [](const auto& p, const auto& key) { return p.first < key; });
+    return found != places.end() && found->first == wanted ? found->second : Index{-1};
+  }
 };
 
 /// The contact problem of the grains, linearised where `balance` stands, condensed on those contacts that
@@ -43,12 +60,17 @@ CondensedContacts<typename CondensedStep<Packing, Law>::Problem> condense(
   step.factorise(packing, balance.tangent);
   CondensedContacts<typename Step::Problem> condensed{
       step.problem(packing, packing.model->boundary.samples, entries, imbalance, balance.law),
-      Eigen::VectorXd(N * entries.size()), std::move(pairs), std::move(walls)};
+      Eigen::VectorXd(N * entries.size()),
+      std::move(pairs),
+      std::move(walls),
+      {}};
   for (Index c = 0; c < entries.size(); ++c) {
     const auto& contact = *entries[c].contact;
     condensed.guess.template segment<N>(N * c) = Step::rows(contact) * force[c];
     condensed.problem.step.push_back(balance.contact_stiffness(packing, contact));
+    condensed.places.push_back({condensed.identity(contact), c});
   }
+  std::sort(condensed.places.begin(), condensed.places.end());
   return condensed;
 }
 

@@ -123,6 +123,9 @@ class CondensedStep {
     });
   }
 
+  /// T^-1 load on grain g.
+  Eigen::VectorXd solve(Index g, const Eigen::VectorXd& load) const { return factor_[g].solve(load); }
+
   /// The local axes a contact's unknowns lie along, as rows.
   static Eigen::Matrix<double, N, Dim> rows(const SurfaceContact<Dim>& contact) {
     return contact_frame<Dim>(contact.normal).template topRows<N>();
@@ -143,7 +146,7 @@ class CondensedStep {
       Eigen::VectorXd load = Eigen::VectorXd::Zero(pull_[g].rows());
       for (const Spread& s : spreads_[g])
         load.template segment<Dim>(Dim * s.node) += s.axes * r.template segment<N>(N * s.contact);
-      moved[g] = factor_[g].solve(load);
+      moved[g] = solve(g, load);
     });
     u.setZero(r.size());
     for (Index g = 0; g < moved.size(); ++g)

@@ -5,6 +5,7 @@
 #include <jampack/solver/proximal_newton.hpp>
 #include <jampack/stepping/augmented_balance.hpp>
 #include <jampack/stepping/condensed_contacts.hpp>
+#include <jampack/stepping/coupled_newton.hpp>
 #include <optional>
 #include <utility>
 
@@ -18,7 +19,7 @@ struct SoftStepOptions {
   double surface_tolerance = 2e-5;        ///< on the contact residual with the stiffness of the surface
   double fresh_tolerance = 6e-4;          ///< on the equilibrium residual with contact detected afresh
   double fresh_contact_tolerance = 5e-3;  ///< on that contact residual then
-  int max_iterations = 120;               ///< condensed contact problems before the step is given up
+  int max_iterations = 60;                ///< condensed contact problems before the step is given up
   double penalty = 10;  ///< augmentation, in units of the stiffness of a surface layer one edge thick
   double contact_tolerance = 1e-2;  ///< of condensed contact problems, at most
   double reach = 0.03;              ///< detection distance over the mean diameter
@@ -32,9 +33,17 @@ enum class FirstGuess {
   rest,    ///< where they are: velocities that were given them tell nothing of what contacts will do
 };
 
+/// What becomes of a step that ends without balance.
+enum class Unfinished {
+  undone,  ///< all is as it was
+  kept,    ///< where it came near to it: enough on the way to rest, where only the end counts
+};
+
 /// What one step cost and reached.
 struct SoftStepReport {
   bool converged = false;
+  bool kept = false;          ///< not converged, but near balance and kept
+  bool near_balance = false;  ///< not converged, but balance and law hold to a hundredth
   int iterations = 0;
   Index sweeps = 0;                 ///< of the contact solver, or what it counts
   double equilibrium_residual = 0;  ///< |M dv - h (f_ext - f_int) - H^T r| / |H^T r|, the step's own frames
@@ -63,9 +72,9 @@ class SoftStep {
   SoftStep(Law contact_law, SoftStepOptions step_options) : law(contact_law), options(step_options) {}
 
   /// Advances `packing` by h, the room's scale going to `new_scale`. On failure the packing and the
-  /// contacts are as they were.
-  SoftStepReport advance(Packing& packing, double h, double new_scale,
-                         FirstGuess guess = FirstGuess::flight) {
+  /// contacts are as they were, unless something else is asked for.
+  SoftStepReport advance(Packing& packing, double h, double new_scale, FirstGuess guess = FirstGuess::flight,
+                         Unfinished unfinished = Unfinished::undone) {
     const auto saved = contacts;
     const double old_scale = std::exchange(packing.room.scale, new_scale);
     failed_.reset();
@@ -73,9 +82,12 @@ class SoftStep {
     try {
       solve(packing, h, guess, report);
     } catch (const NotConverged& error) {
+      report.near_balance = false;
       fail(report, error.what());
     }
-    if (report.converged) {
+    report.kept = !report.converged && report.near_balance && unfinished == Unfinished::kept;
+    if (report.kept) balance_.accept_forces(contacts);
+    if (report.converged || report.kept) {
       for (Index g = 0; g < packing.grains.size(); ++g) {
         auto& grain = packing.grains[g];
         grain.velocity =
@@ -133,6 +145,7 @@ class SoftStep {
     if (!balance_.begin(packing, h, guess == FirstGuess::flight)) return false;
     last_move_ = std::numeric_limits<double>::infinity();
     mixing_.forget();
+    last_.reset();
     // Where the first guess is far off, all finer samples would be hit.
     watched.find(packing, balance_.x, reach_, SampleSet::coarse, options.threads);
     balance_.evaluate(packing, watched);
@@ -142,10 +155,10 @@ class SoftStep {
   void solve(const Packing& packing, double h, FirstGuess guess, SoftStepReport& report) {
     if (!begin(packing, h, guess, contacts)) return fail(report, inverted);
     const double d = packing.mean_diameter();
-    constexpr int frame_updates = 8;     // new frames whatever grains move ...
-    const double frame_move = 1e-3 * d;  // ... and whenever they move by more
+    const double frame_move = 1e-2 * d;  // grains that move by more take their contacts' frames with them
+    constexpr int most_rounds = 8;       // of contact detected afresh
     constexpr int patience = 20;         // iterations near the end that bring nothing
-    int refreshed = 0, rounds = 0, without_gain = 0;
+    int rounds = 0, renewals = 0, without_gain = 0;
     double least = std::numeric_limits<double>::infinity();
     for (;; ++report.iterations) {
       report.equilibrium_residual = balance_.equilibrium_residual();
@@ -159,19 +172,23 @@ class SoftStep {
           report.converged = true;
           return;
         }
-        if (++rounds == 4) return fail(report, "contact frames do not settle");
-        refreshed = std::min(refreshed, frame_updates - 2);
+        if (++rounds == most_rounds) return fail(report, "contact frames do not settle");
         least = std::numeric_limits<double>::infinity();
         balance_.evaluate(packing, contacts);
+        // Frames that turn with every solution must turn in smaller pieces.
+        renewals = 2 * (rounds - 1);
+        if (rounds == 1 && last_ && couple(packing)) continue;
       }
+      report.near_balance = left < 1e-2;
       if (without_gain == patience)
         return fail(report, "no better balance in " + std::to_string(patience) + " iterations");
       if (report.iterations == options.max_iterations)
         return fail(report, "no balance after " + std::to_string(options.max_iterations) + " iterations");
-      const bool new_frames = refreshed < frame_updates || last_move_ > frame_move;
-      if (new_frames) ++refreshed;
-      if (!iterate(packing, report, new_frames))
+      const bool renew = renewals > 0;
+      if (!iterate(packing, report, renew || last_move_ > frame_move))
         return fail(report, "no part of a move lowers the potential");
+      if (renew) --renewals;
+      if (renewals == 0) couple(packing);
     }
   }
 
@@ -243,10 +260,29 @@ class SoftStep {
   /// Solves the contact problem of the grains condensed on their contacts: its reactions become the
   /// multipliers, dx the motion that goes with them.
   void solve_condensed(const Packing& packing, SoftStepReport& report, Eigen::VectorXd& dx) {
-    Condensed condensed = condense(packing, contacts);
-    report.sweeps += solve_contacts(condensed.problem, condensed.guess);
-    take_over(condensed, contacts);
-    condensed_.motion(condensed.guess, dx);
+    last_.emplace(condense(packing, contacts));
+    report.sweeps += solve_contacts(last_->problem, last_->guess);
+    take_over(*last_, contacts);
+    condensed_.motion(last_->guess, dx);
+  }
+
+  /// How far from the end, in units of the tolerances.
+  double distance() const {
+    return std::max({balance_.equilibrium_residual() / options.tolerance,
+                     balance_.contact_residual / options.scaled_tolerance,
+                     balance_.surface_residual / options.surface_tolerance});
+  }
+
+  /// Newton's method with the exact tangents from where the last iteration has led; whether it gained.
+  bool couple(const Packing& packing) {
+    CoupledNewton<Packing, Law> newton(condensed_, *last_, options.threads);
+    const auto moved = newton.run(
+        packing, longest_move(packing), potential_round_off_, [&](const auto&) { return distance(); },
+        balance_, contacts);
+    if (!moved) return false;
+    last_move_ = *moved;
+    mixing_.forget();
+    return true;
   }
 
   /// As the iteration converges, ever fewer open contacts can close. One that was left out and does close is
@@ -289,11 +325,14 @@ class SoftStep {
     return all;
   }
 
-  /// The longest step that moves no node by more than half an edge.
-  double longest(const Packing& packing, const Eigen::VectorXd& dx) const {
-    const double edge = packing.model->boundary.edge_length * packing.mean_diameter();
-    return std::min(1.0,
-                    0.5 * edge / std::max(dx.lpNorm<Eigen::Infinity>(), std::numeric_limits<double>::min()));
+  /// No node may move by more than half an edge.
+  static double longest_move(const Packing& packing) {
+    return 0.5 * packing.model->boundary.edge_length * packing.mean_diameter();
+  }
+  /// The longest step that keeps to that.
+  static double longest(const Packing& packing, const Eigen::VectorXd& dx) {
+    return std::min(1.0, longest_move(packing) /
+                             std::max(dx.lpNorm<Eigen::Infinity>(), std::numeric_limits<double>::min()));
   }
 
   void place(const Array<Nodal>& start, double length, const Eigen::VectorXd& dx) {
@@ -306,6 +345,7 @@ class SoftStep {
   AugmentedBalance<Packing, Law> balance_;
   CondensedStep<Packing, Law> condensed_;
   Anderson mixing_;
+  std::optional<Condensed> last_;  ///< the contact problem of the last iteration, with its solution
   /// The packing and the contacts of a step that failed, as it was given up; balance_ still is there too.
   std::optional<std::pair<Packing, Watched>> failed_;
   double potential_round_off_ = 0;
