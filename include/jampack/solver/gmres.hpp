@@ -4,23 +4,27 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <jampack/core/array.hpp>
+#include <limits>
 
 namespace jampack {
 
 /// Generalised minimal residuals without restart, preconditioned from the right (Y. Saad and M. H. Schultz,
 /// SIAM J. Sci. Stat. Comput. 7 (1986) 856). apply(x, y): y = A x; precondition(x): x becomes about A^-1 x.
-/// x, the right-hand side, becomes the solution. Returns whether |b - A x| <= tolerance |b| was reached.
+/// x, the right-hand side b, becomes the solution. Returns |b - A x| / |b|: at most the tolerance, unless
+/// that took more than max_iterations; infinite, with x as it was, where numbers are not finite or A is
+/// singular.
 template <class Apply, class Precondition>
-bool gmres(const Apply& apply, const Precondition& precondition, Eigen::VectorXd& x, double tolerance,
-           Index max_iterations) {
+double gmres(const Apply& apply, const Precondition& precondition, Eigen::VectorXd& x, double tolerance,
+             Index max_iterations) {
   const double size = x.norm();
-  if (size == 0) return true;
+  if (size == 0) return 0;
+  constexpr double failed = std::numeric_limits<double>::infinity();
   Array<Eigen::VectorXd> basis{x / size};
   Array<Eigen::VectorXd> columns;       // of the triangular factor of the Hessenberg matrix
   Array<Eigen::Vector2d> turns;         // cosine and sine of the rotations that made it so
   Array<double> right_hand_side{size};  // turned in the same way; its last entry is the residual
-  bool reached = false;
-  for (Index k = 0; k < max_iterations && !reached; ++k) {
+  const auto left = [&] { return std::abs(right_hand_side.back()) / size; };
+  for (Index k = 0; k < max_iterations && left() > tolerance; ++k) {
     Eigen::VectorXd direction = basis.back(), next;
     precondition(direction);
     apply(direction, next);
@@ -30,7 +34,7 @@ bool gmres(const Apply& apply, const Precondition& precondition, Eigen::VectorXd
       next -= column[i] * basis[i];
     }
     double below = next.norm();
-    if (!std::isfinite(below)) return false;
+    if (!std::isfinite(below)) return failed;
     basis.push_back(below > 0 ? Eigen::VectorXd(next / below) : next);
     for (Index i = 0; i < k; ++i) {
       const double upper = turns[i][0] * column[i] + turns[i][1] * column[i + 1];
@@ -38,14 +42,13 @@ bool gmres(const Apply& apply, const Precondition& precondition, Eigen::VectorXd
       column[i] = upper;
     }
     const double length = std::hypot(column[k], below);
-    if (!(length > 0)) return false;
+    if (!(length > 0)) return failed;
     turns.push_back({column[k] / length, below / length});
     column[k] = length;
     columns.push_back(column);
     const double rest = right_hand_side[k];
     right_hand_side[k] = turns[k][0] * rest;
     right_hand_side.push_back(-turns[k][1] * rest);
-    reached = std::abs(right_hand_side[k + 1]) <= tolerance * size;
   }
   const Index m = columns.size();
   Eigen::VectorXd y(m);
@@ -57,7 +60,7 @@ bool gmres(const Apply& apply, const Precondition& precondition, Eigen::VectorXd
   x.setZero();
   for (Index i = 0; i < m; ++i) x += y[i] * basis[i];
   precondition(x);
-  return reached;
+  return left();
 }
 
 }  // namespace jampack

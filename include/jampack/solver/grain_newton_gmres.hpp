@@ -75,9 +75,9 @@ class GrainNewtonGmres {
               (a[c] * u.template segment<N>(N * c) + constant[c] * r.template segment<N>(N * c))
                   .head(n_rows[c]);
     };
-    if (!gmres(
-            product, [&](Eigen::VectorXd& v) { precondition_packed(v); }, y, tolerance, max_iterations))
-      return false;
+    const double left = gmres(
+        product, [&](Eigen::VectorXd& v) { precondition_packed(v); }, y, tolerance, max_iterations);
+    if (!(left <= tolerance)) return false;
     for_each_unknown(n_rows, [&](Index i, Index j) { x[j] = y[i]; });
     return true;
   }

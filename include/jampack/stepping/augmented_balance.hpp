@@ -71,13 +71,17 @@ class AugmentedBalance {
     return std::all_of(good.begin(), good.end(), [](char ok) { return ok != 0; });
   }
 
-  /// theta K + M / (theta h^2) at x with the exact K, which need not be positive definite.
-  void exact_tangent(const Packing& packing, Array<BlockMatrix<Dim>>& exact) const {
-    exact.resize(x.size());
+  /// theta K + M / (theta h^2) at x with the exact K, which need not be positive definite; `definite` of it,
+  /// in [0, 1], from the stand-in instead.
+  void blended_tangent(const Packing& packing, double definite, Array<BlockMatrix<Dim>>& blend) const {
+    blend.resize(x.size());
     parallel_for(threads, x.size(), [&](Index g) {
       Nodal at_x;
-      packing.grains[g].internal_force_and_tangent(*packing.model, x[g], at_x, exact[g]);
-      add_inertia(packing, g, exact[g]);
+      auto& own = blend[g];
+      packing.grains[g].internal_force_and_tangent(*packing.model, x[g], at_x, own);
+      add_inertia(packing, g, own);
+      for (Index k = 0; k < own.block.size(); ++k)
+        own.block[k] += definite * (tangent[g].block[k] - own.block[k]);
     });
   }
 

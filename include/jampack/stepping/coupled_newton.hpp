@@ -11,11 +11,11 @@
 
 namespace jampack {
 
-/// Newton's method on balance and contact law at once, with the exact tangents T
-/// (docs/theory/deformable_stage.md, section 7):
-///   T dx - H^T dr = -R,   A (H dx + D dr) + C dr = b,
-/// D a small multiple of the compliance of the surface, for contacts that are redundant. By GMRES,
-/// preconditioned by the definite stand-ins for T and the contact problem condensed with them. That may be an
+/// Newton's method on balance and contact law at once (docs/theory/deformable_stage.md, section 7):
+///   T dx - H^T dr = -R,   A (H dx + D dr) + C dr = b.
+/// Near the end T are the exact tangents and D, a multiple of the compliance of the surface, is there for
+/// contacts that are redundant only; far from it T is stiffened towards its definite stand-in, and D grows.
+/// By GMRES, preconditioned by the stand-ins and the contact problem condensed with them. That may be an
 /// earlier one, with other frames and contacts: those it does not know are reckoned with one by one.
 template <class Packing, ContactLaw Law>
 class CoupledNewton {
@@ -41,9 +41,10 @@ class CoupledNewton {
   template <class Distance>
   std::optional<double> run(const Packing& packing, double longest, double round_off, Distance distance,
                             AugmentedBalance<Packing, Law>& balance, Watched& watched) {
-    constexpr int max_steps = 25, patience = 6;
+    constexpr int max_steps = 40, patience = 10;
     constexpr double gain = 0.5;  // less is none
     constexpr double lost = 100;  // so far away there is no way back
+    constexpr double far = 1e3;   // from the end, where steps begin with most caution
     balance.accept_forces(watched);
     struct Point {
       Array<Nodal> x;
@@ -59,7 +60,9 @@ class CoupledNewton {
     const Point start = here();
     Point best = start;
     const double first = distance(balance);
-    double least = first;
+    double least = first, last = first;
+    definite_ = std::min(1.0, first / far);
+    proximal_ = std::max(least_proximal, first_proximal * definite_);
     std::optional<double> moved;
     Eigen::VectorXd dx;
     for (int k = 0, worse = 0; k < max_steps && least > 1 && worse < patience; ++k) {
@@ -70,7 +73,9 @@ class CoupledNewton {
         balance.x[g] += Eigen::Map<const Nodal>(dx.data() + n_nodal_ * g, Dim, packing.n_nodes());
       if (!balance.linearise(packing)) break;
       balance.evaluate(packing, watched);
-      if (const double now = distance(balance); now < gain * least) {
+      const double now = distance(balance);
+      adapt(now / std::exchange(last, now));
+      if (now < gain * least) {
         best = here();
         least = now;
         moved = move;
@@ -100,15 +105,25 @@ class CoupledNewton {
   }
 
  private:
+  static constexpr double first_proximal = 1e-2, least_proximal = 1e-4;
+
+  /// A step has changed the distance from the end by this factor: those that lead there need less caution.
+  void adapt(double change) {
+    if (change < 1) definite_ *= 0.3;
+    if (change > 2) definite_ = std::min(2 * definite_, 1.0);
+    proximal_ = std::clamp((change < 0.5 ? 0.1 : change > 2 ? 4 : 0.5) * proximal_, least_proximal, 1.0);
+  }
+
   /// One step from where `balance` stands, `watched` having the forces to start from: they become the next
   /// ones, dx is the motion. False, with nothing changed, if it was not found.
   bool step(const Packing& packing, const AugmentedBalance<Packing, Law>& balance, Watched& watched,
             Eigen::VectorXd& dx) {
     constexpr double enough = 0.02;  // of the right-hand side may be left
+    constexpr double useless = 0.5;  // a step that leaves more
     constexpr Index max_iterations = 60;
     n_grains_ = packing.grains.size();
     n_nodal_ = Dim * packing.n_nodes();
-    balance.exact_tangent(packing, exact_);
+    balance.blended_tangent(packing, definite_, tangent_);
     linearise(packing, balance, watched);
     if (!prepare()) return false;
     const Index n_motions = n_nodal_ * n_grains_;
@@ -123,10 +138,9 @@ class CoupledNewton {
       z.template segment<Dim>(n_nodal_ * grain + Dim * node) -= force;
     for (Index c = 0; c < active_.size(); ++c)
       z.template segment<N>(n_motions + N * c) = active_[c].stiffness * active_[c].row.kept(active_[c].row.b);
-    if (!gmres([&](const Eigen::VectorXd& v, Eigen::VectorXd& out) { apply(packing, v, out); },
-               [&](Eigen::VectorXd& v) { precondition(v); }, z, enough, max_iterations) ||
-        !z.allFinite())
-      return false;
+    const double left = gmres([&](const Eigen::VectorXd& v, Eigen::VectorXd& out) { apply(packing, v, out); },
+                              [&](Eigen::VectorXd& v) { precondition(v); }, z, enough, max_iterations);
+    if (!(left <= useless) || !z.allFinite()) return false;
     dx = z.head(n_motions);
     for (auto& r : watched.pairs.reaction) r.setZero();
     for (auto& r : watched.walls.reaction) r.setZero();
@@ -167,7 +181,6 @@ class CoupledNewton {
   /// Which contacts take part, and their rows.
   void linearise(const Packing& packing, const AugmentedBalance<Packing, Law>& balance,
                  const Watched& watched) {
-    constexpr double regularisation = 1e-4;
     const auto& samples = packing.model->boundary.samples;
     active_.clear();
     gone_.clear();
@@ -194,7 +207,7 @@ class CoupledNewton {
             gone_.push_back({grain, node, weight * (axes.transpose() * lost)});
           });
         if (row.n_rows == 0) continue;
-        row.c += regularisation / stiffness * row.a;
+        row.c += proximal_ / stiffness * row.a;
         for_each_node([&](Index grain, Index node, double weight) {
           spreads_[grain].push_back({active_.size(), node, weight * axes.transpose()});
         });
@@ -250,7 +263,7 @@ class CoupledNewton {
     out.resize(z.size());
     parallel_for(threads_, n_grains_, [&](Index g) {
       Eigen::VectorXd own = Eigen::VectorXd::Zero(n_nodal_);
-      exact_[g].add_product(packing.model->pattern, z.data() + n_nodal_ * g, own.data());
+      tangent_[g].add_product(packing.model->pattern, z.data() + n_nodal_ * g, own.data());
       add_pull(g, force, -1, own);
       out.segment(n_nodal_ * g, n_nodal_) = own;
     });
@@ -296,7 +309,9 @@ class CoupledNewton {
   Threads threads_;
   NewtonMatrix<GrainComplianceDelassus<N>> matrix_;
   Index n_grains_ = 0, n_nodal_ = 0;
-  Array<BlockMatrix<Dim>> exact_;
+  double definite_ = 0;              ///< share of the stand-ins in T
+  double proximal_ = 0;              ///< D, in units of the compliance of the surface
+  Array<BlockMatrix<Dim>> tangent_;  ///< T
   Array<Active> active_;
   Array<Gone> gone_;
   Array<Array<Spread>> spreads_;  ///< of each grain

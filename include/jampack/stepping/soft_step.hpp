@@ -306,7 +306,7 @@ class SoftStep {
     solver.stop.max_sweeps = 200;
     solver.stop.tolerance =
         std::min(options.contact_tolerance,
-                 std::max({0.1 * surface, 0.03 * balance_.equilibrium_residual(), 0.2 * enough}));
+                 std::max({0.3 * surface, 0.03 * balance_.equilibrium_residual(), 0.2 * enough}));
     // Forces next to none need not be right.
     if (const double size = r.norm(); size > 0)
       solver.stop.tolerance *=
