@@ -111,6 +111,15 @@ TEST_CASE("contacts that the condensed problem does not know are found all the s
   CHECK(scene.distance() <= 1);
 }
 
+TEST_CASE("from far away Newton's method comes to the same end") {
+  Scene near(1e-6), far(1e-4);
+  REQUIRE(near.run(1e-4));
+  REQUIRE(far.run(1e-3));
+  CHECK(far.distance() <= 1);
+  for (Index g = 0; g < near.balance.x.size(); ++g)
+    CHECK((near.balance.x[g] - far.balance.x[g]).cwiseAbs().maxCoeff() < 1e-8);
+}
+
 TEST_CASE("where no step is allowed Newton's method leaves all as it was") {
   Scene scene(1e-5);
   const auto x = scene.balance.x;

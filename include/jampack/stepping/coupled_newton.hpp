@@ -43,7 +43,6 @@ class CoupledNewton {
                             AugmentedBalance<Packing, Law>& balance, Watched& watched) {
     constexpr int max_steps = 40, patience = 10;
     constexpr double gain = 0.5;  // less is none
-    constexpr double lost = 100;  // so far away there is no way back
     constexpr double far = 1e3;   // from the end, where steps begin with most caution
     balance.accept_forces(watched);
     struct Point {
@@ -60,6 +59,7 @@ class CoupledNewton {
     const Point start = here();
     Point best = start;
     const double first = distance(balance);
+    const double lost = std::max(first, std::min(100 * first, 1e5));  // from there no way leads back
     double least = first, last = first;
     definite_ = std::min(1.0, first / far);
     proximal_ = std::max(least_proximal, first_proximal * definite_);
@@ -80,7 +80,7 @@ class CoupledNewton {
         least = now;
         moved = move;
         worse = 0;
-      } else if (now > lost * first) {
+      } else if (now > lost) {
         break;
       } else {
         ++worse;
