@@ -228,8 +228,10 @@ class CompactionProgram {
     std::string failure;
     try {
       while (phi_ < parameters_.until) {
-        const double target = std::min(phi_ + parameters_.every, parameters_.until);
-        run.advance_to(target, target < parameters_.until ? 0.1 * parameters_.every : 0.0,
+        // A little beyond the end: what a step misses would take one that is next to nothing.
+        const double beyond = 0.05 * parameters_.every;
+        const double target = std::min(phi_ + parameters_.every, parameters_.until + beyond);
+        run.advance_to(target, target < parameters_.until ? 2 * beyond : beyond,
                        [&](const Run& now) { show(now, now.packing_fraction()); });
         // Where it does not settle the record's grain_imbalance says so.
         if (run.pressure() > settled_above * preparation_stress)

@@ -112,6 +112,7 @@
 #include <jampack/stepping/compaction.hpp>
 #include <jampack/stepping/condensed_contacts.hpp>
 #include <jampack/stepping/condensed_step.hpp>
+#include <jampack/stepping/contact_spread.hpp>
 #include <jampack/stepping/coupled_newton.hpp>
 #include <jampack/stepping/hertz_balance.hpp>
 #include <jampack/stepping/jam.hpp>

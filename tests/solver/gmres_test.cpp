@@ -67,4 +67,7 @@ TEST_CASE("GMRES on nothing, on zero and on what is not finite") {
   const auto nan = [](const Eigen::VectorXd& v, Eigen::VectorXd& out) { out = v * std::nan(""); };
   CHECK(std::isinf(gmres(nan, no_preconditioner, x, 1e-9, n)));
   CHECK((x == system.b));
+  x[3] = std::nan("");
+  CHECK(std::isinf(gmres(system, no_preconditioner, x, 1e-9, n)));
+  CHECK(x[0] == system.b[0]);
 }

@@ -82,7 +82,7 @@ struct Scene {
 
 }  // namespace
 
-TEST_CASE("Newton's method on balance and law ends a step quadratically") {
+TEST_CASE("Newton's method on balance and law ends a step in few steps") {
   Scene scene(1e-5);
   REQUIRE(scene.n_loaded() >= 2);
   REQUIRE(scene.distance() > 1e6);
@@ -118,6 +118,26 @@ TEST_CASE("from far away Newton's method comes to the same end") {
   CHECK(far.distance() <= 1);
   for (Index g = 0; g < near.balance.x.size(); ++g)
     CHECK((near.balance.x[g] - far.balance.x[g]).cwiseAbs().maxCoeff() < 1e-8);
+}
+
+TEST_CASE("a point of higher potential is not accepted") {
+  Scene scene(1e-5);
+  const auto x = scene.balance.x;
+  const double before = scene.distance();
+  const auto problem = condense(scene.before, scene.contacts, scene.balance, scene.condensed, 1e-4);
+  CoupledNewton<Packing, Law> newton(scene.condensed, problem, {});
+  double least = before;
+  // No point has a potential lower by so much.
+  CHECK_FALSE(newton.run(
+      scene.before, 0.1, -1e3,
+      [&](const auto&) {
+        least = std::min(least, scene.distance());
+        return scene.distance();
+      },
+      scene.balance, scene.contacts));
+  CHECK(least <= 1);
+  for (Index g = 0; g < x.size(); ++g) CHECK((scene.balance.x[g] == x[g]));
+  CHECK(scene.distance() == Approx(before));
 }
 
 TEST_CASE("where no step is allowed Newton's method leaves all as it was") {

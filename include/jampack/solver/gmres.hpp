@@ -17,8 +17,9 @@ template <class Apply, class Precondition>
 double gmres(const Apply& apply, const Precondition& precondition, Eigen::VectorXd& x, double tolerance,
              Index max_iterations) {
   const double size = x.norm();
-  if (size == 0) return 0;
   constexpr double failed = std::numeric_limits<double>::infinity();
+  if (size == 0) return 0;
+  if (!std::isfinite(size)) return failed;
   Array<Eigen::VectorXd> basis{x / size};
   Array<Eigen::VectorXd> columns;       // of the triangular factor of the Hessenberg matrix
   Array<Eigen::Vector2d> turns;         // cosine and sine of the rotations that made it so

@@ -163,7 +163,11 @@ class GrainNewtonGmres {
         const Index c = group.contacts[p], n = n_rows[c], i = start_[c] - group.first;
         if (n == 0) continue;
         group.own_modes.middleRows(i, n) = group.modes.middleRows(N * p, n);
-        rows.middleRows(i, n) = a[c].topRows(n) * group.modes.middleRows(N * p, N);
+        // Row by row: Eigen 3.4 takes wrong entries in the product of one row with a block of N = 1.
+        for (Index k = 0; k < n; ++k) {
+          rows.row(i + k) = a[c](k, 0) * group.modes.row(N * p);
+          for (int j = 1; j < N; ++j) rows.row(i + k) += a[c](k, j) * group.modes.row(N * p + j);
+        }
         for (Index q = 0; q < group.contacts.size(); ++q) {
           const Index d = group.contacts[q];
           const Block part = a[c] * group.compliance.template block<N, N>(N * p, N * q);

@@ -7,6 +7,7 @@
 #include <jampack/analysis/soft_network.hpp>
 #include <jampack/body/surface_measure.hpp>
 #include <jampack/stepping/soft_step.hpp>
+#include <optional>
 #include <utility>
 
 namespace jampack {
@@ -137,12 +138,14 @@ class Compaction {
   /// last step that converged.
   template <class Progress>
   bool settle(Progress&& progress) {
-    const SoftStepOptions saved = step.options;
+    struct Restore {
+      SoftStepOptions& options;
+      const SoftStepOptions saved;
+      ~Restore() { options = saved; }
+    } restore{step.options, step.options};
     // What does not converge soon is on a long way down; it is kept.
-    step.options.max_iterations = std::min(saved.max_iterations, 30);
-    const bool settled = settle_in_steps(progress);
-    step.options = saved;
-    return settled;
+    step.options.max_iterations = std::min(step.options.max_iterations, 30);
+    return settle_in_steps(progress);
   }
   bool settle() {
     return settle([](const auto&) {});
@@ -191,6 +194,7 @@ class Compaction {
     const double most = 1e4 * packing.mean_diameter() * std::sqrt(material.density / material.young);
     double longest = most;  // what failed is tried again only little by little
     bool converged = true;
+    std::optional<Accepted> last;  // step that converged, where a later one did not but was kept
     const auto step_from_rest = [&](Unfinished unfinished) {
       return step_to(
           packing.room.scale, h,
@@ -202,6 +206,7 @@ class Compaction {
     };
     for (Index k = 0; k < options.max_settling_steps && h > shortest; ++k) {
       if (converged && grain_imbalance(network()) <= options.settled) return true;
+      if (converged) last = accepted();
       converged = step_from_rest(Unfinished::kept);
       if (converged) {
         // A grain that carries next to nothing is not seen in the residual of all.
@@ -218,7 +223,27 @@ class Compaction {
     }
     // What is left behind must be the end of a step.
     for (; !converged && h > 0.01 * shortest; h *= 0.2) converged = step_from_rest(Unfinished::undone);
+    if (!converged) go_back(*last);
     return converged && grain_imbalance(network()) <= options.settled;
+  }
+
+  /// What a step changes that can be taken back.
+  struct Accepted {
+    Packing packing;
+    typename SoftStep<Packing, Law, Solver>::Watched contacts;
+    Array<typename Packing::Nodal> position_before, velocity_before;
+    double duration, pressure;
+  };
+  Accepted accepted() const {
+    return {packing, step.contacts, position_before, velocity_before, last_duration, last_pressure};
+  }
+  void go_back(const Accepted& to) {
+    packing = to.packing;
+    step.contacts = to.contacts;
+    position_before = to.position_before;
+    velocity_before = to.velocity_before;
+    last_duration = to.duration;
+    last_pressure = to.pressure;
   }
 
   /// Of a step of volumetric strain `size`.

@@ -74,23 +74,30 @@ CondensedContacts<typename CondensedStep<Packing, Law>::Problem> condense(
   return condensed;
 }
 
+/// r, along the local axes of a watched contact (a wall or not), becomes its force.
+template <class Packing, ContactLaw Law>
+void set_force(WatchedContacts<Packing, Law>& watched, bool is_wall, Index c,
+               const ContactVector<CondensedStep<Packing, Law>::N>& r) {
+  using Step = CondensedStep<Packing, Law>;
+  if (is_wall)
+    watched.walls.reaction[c][0] = r[0];
+  else if constexpr (Step::N == 1)
+    watched.pairs.reaction[c] = r;
+  else
+    watched.pairs.reaction[c] = Step::rows(watched.pairs.contact[c]).transpose() * r;
+}
+
 /// The solution, which has taken the place of the guess, becomes the forces of the watched contacts.
 template <class Packing, ContactLaw Law>
 void take_over(const CondensedContacts<typename CondensedStep<Packing, Law>::Problem>& solved,
                WatchedContacts<Packing, Law>& watched) {
-  using Step = CondensedStep<Packing, Law>;
-  constexpr int N = Step::N;
+  constexpr int N = CondensedStep<Packing, Law>::N;
   const Index n_pairs = solved.pairs.size();
-  for (Index c = 0; c < n_pairs; ++c) {
-    const ContactVector<N> local = solved.guess.template segment<N>(N * c);
-    const Index k = solved.pairs[c];
-    if constexpr (N == 1)
-      watched.pairs.reaction[k] = local;
-    else
-      watched.pairs.reaction[k] = Step::rows(watched.pairs.contact[k]).transpose() * local;
-  }
+  for (Index c = 0; c < n_pairs; ++c)
+    set_force<Packing, Law>(watched, false, solved.pairs[c], solved.guess.template segment<N>(N * c));
   for (Index c = 0; c < solved.walls.size(); ++c)
-    watched.walls.reaction[solved.walls[c]][0] = solved.guess[N * (n_pairs + c)];
+    set_force<Packing, Law>(watched, true, solved.walls[c],
+                            solved.guess.template segment<N>(N * (n_pairs + c)));
 }
 
 }  // namespace jampack

@@ -9,6 +9,7 @@
 #include <jampack/law/contact_law.hpp>
 #include <jampack/problem/contact_problem.hpp>
 #include <jampack/problem/grain_compliance_delassus.hpp>
+#include <jampack/stepping/contact_spread.hpp>
 
 namespace jampack {
 
@@ -53,9 +54,10 @@ class CondensedStep {
     Array<GrainCompliance<N>> grains(n_grains);
     pull_.resize(n_grains);
     sides_.assign(n_grains, {});
-    spreads_.assign(n_grains, {});
+    spread_ = ContactSpread<Dim, N>(n_grains);
     for (Index c = 0; c < entries.size(); ++c) {
       const auto& contact = *entries[c].contact;
+      spread_.add(samples, contact, c, rows(contact));
       grains[contact.candidate].contact.push_back(c);
       grains[contact.candidate].sign.push_back(1);
       if (contact.is_wall()) continue;
@@ -74,16 +76,10 @@ class CondensedStep {
       for (Index k = 0; k < m; ++k) {
         const auto& contact = *entries[grain.contact[k]].contact;
         const Eigen::Matrix<double, Dim, N> axes = rows(contact).transpose();
-        const auto spread = [&](Index node, double weight) {
-          pull_[g].template block<Dim, N>(Dim * node, N * k) += weight * axes;
-          spreads_[g].push_back({grain.contact[k], node, grain.sign[k] * weight * axes});
-        };
-        if (grain.sign[k] > 0) {
-          const auto& sample = samples[contact.sample];
-          for (Index i = 0; i < sample.n; ++i) spread(sample.node[std::size_t(i)], sample.weight[i]);
-        } else {
-          for (Index i = 0; i < contact.n_nodes; ++i) spread(contact.node[std::size_t(i)], contact.weight[i]);
-        }
+        const double sign = grain.sign[k];
+        spread_.for_each_node(samples, contact, [&](Index owner, Index node, double weight) {
+          if (owner == g) pull_[g].template block<Dim, N>(Dim * node, N * k) += sign * weight * axes;
+        });
       }
       factor_[g].forward(pull_[g]);
       const auto own = pull_[g].leftCols(N * m);
@@ -132,33 +128,23 @@ class CondensedStep {
   }
 
  private:
-  /// How a contact's unknowns act on a node of the grain, the sign of its side included.
-  struct Spread {
-    Index contact, node;
-    Eigen::Matrix<double, Dim, N> axes;
-  };
-
   /// u = W r, contacts -> nodes -> T^-1 -> contacts: the factors of a grain that is well pressed are smaller
   /// than its part of W.
   void apply(const Eigen::VectorXd& r, Eigen::VectorXd& u) const {
-    Array<Eigen::VectorXd> moved(spreads_.size());
+    Array<Eigen::VectorXd> moved(pull_.size());
     parallel_for(threads, moved.size(), [&](Index g) {
       Eigen::VectorXd load = Eigen::VectorXd::Zero(pull_[g].rows());
-      for (const Spread& s : spreads_[g])
-        load.template segment<Dim>(Dim * s.node) += s.axes * r.template segment<N>(N * s.contact);
+      spread_.add_pull(g, r, 1, load);
       moved[g] = solve(g, load);
     });
     u.setZero(r.size());
-    for (Index g = 0; g < moved.size(); ++g)
-      for (const Spread& s : spreads_[g])
-        u.template segment<N>(N * s.contact) +=
-            s.axes.transpose() * moved[g].template segment<Dim>(Dim * s.node);
+    spread_.add_motion([&](Index g) -> const Eigen::VectorXd& { return moved[g]; }, u);
   }
 
   Array<BlockCholesky<Dim>> factor_;
   Array<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> pull_;  ///< L^-1 H^T, L^-1 R0
   Array<std::pair<Array<Index>, Array<double>>> sides_;
-  Array<Array<Spread>> spreads_;  ///< of each grain
+  ContactSpread<Dim, N> spread_;
 };
 
 }  // namespace jampack

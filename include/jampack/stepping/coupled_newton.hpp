@@ -6,6 +6,7 @@
 #include <jampack/solver/grain_newton_matrix.hpp>
 #include <jampack/stepping/augmented_balance.hpp>
 #include <jampack/stepping/condensed_contacts.hpp>
+#include <jampack/stepping/contact_spread.hpp>
 #include <optional>
 #include <utility>
 
@@ -36,8 +37,9 @@ class CoupledNewton {
   /// Steps from where `balance` stands as long as they lead nearer to the end, by distance(balance), which is
   /// at most 1 there; none may move a node farther than `longest`. They may lead away for a while: states of
   /// contacts are changed in every one. Leaves `balance` and `watched` at the best point, the cells
-  /// linearised there, and returns how far the last step to it moved a node; or nothing, being back at the
-  /// start, where no point was better, or its potential was not lower by all but `round_off`.
+  /// linearised there, and returns how far that is for a node; or nothing, being back at the
+  /// start, its forces cut to their cones, where no point was better, or its potential was not lower by all
+  /// but `round_off`.
   template <class Distance>
   std::optional<double> run(const Packing& packing, double longest, double round_off, Distance distance,
                             AugmentedBalance<Packing, Law>& balance, Watched& watched) {
@@ -60,43 +62,43 @@ class CoupledNewton {
     Point best = start;
     const double first = distance(balance);
     const double lost = std::max(first, std::min(100 * first, 1e5));  // from there no way leads back
-    double least = first, last = first;
+    double least = first, last = first, mark = first;
     definite_ = std::min(1.0, first / far);
     proximal_ = std::max(least_proximal, first_proximal * definite_);
-    std::optional<double> moved;
+    bool gained = false;
     Eigen::VectorXd dx;
     for (int k = 0, worse = 0; k < max_steps && least > 1 && worse < patience; ++k) {
       if (!step(packing, balance, watched, dx)) break;
-      const double move = dx.lpNorm<Eigen::Infinity>();
-      if (!(move <= longest)) break;
+      if (!(dx.lpNorm<Eigen::Infinity>() <= longest)) break;
       for (Index g = 0; g < n_grains_; ++g)
         balance.x[g] += Eigen::Map<const Nodal>(dx.data() + n_nodal_ * g, Dim, packing.n_nodes());
       if (!balance.linearise(packing)) break;
       balance.evaluate(packing, watched);
       const double now = distance(balance);
       adapt(now / std::exchange(last, now));
-      if (now < gain * least) {
+      if (now > lost) break;
+      if (now < least) {
         best = here();
         least = now;
-        moved = move;
-        worse = 0;
-      } else if (now > lost) {
-        break;
-      } else {
-        ++worse;
+        gained = true;
       }
+      worse = now < gain * mark ? 0 : worse + 1;
+      if (worse == 0) mark = now;
     }
     go_to(best);
-    if (moved) {
+    std::optional<double> moved;
+    if (gained) {
       // The nearest solution may be one that the packing would leave.
       balance.hold_bounds(watched, watched.pairs.reaction);
       const double there = balance.potential(packing, watched);
       balance.x = start.x;
       if (there <= balance.potential(packing, watched) + round_off) {
         balance.x = best.x;
+        moved = 0;
+        for (Index g = 0; g < n_grains_; ++g)
+          moved = std::max(*moved, (best.x[g] - start.x[g]).template lpNorm<Eigen::Infinity>());
       } else {
         go_to(start);
-        moved.reset();
       }
     }
     balance.linearise(packing);
@@ -147,13 +149,7 @@ class CoupledNewton {
     for (Index c = 0; c < active_.size(); ++c) {
       const auto& active = active_[c];
       const Vec r = active.row.kept(active.reaction + z.template segment<N>(n_motions + N * c));
-      if (active.is_wall)
-        watched.walls.reaction[active.index][0] = r[0];
-      else if constexpr (N == 1)
-        watched.pairs.reaction[active.index] = r;
-      else
-        watched.pairs.reaction[active.index] =
-            Step::rows(watched.pairs.contact[active.index]).transpose() * r;
+      set_force<Packing, Law>(watched, active.is_wall, active.index, r);
     }
     return true;
   }
@@ -167,11 +163,6 @@ class CoupledNewton {
     Vec reaction;      ///< in its local axes
     AlartCurnierRow<N> row;
   };
-  /// How the unknowns of an active contact act on a node of a grain, the sign of its side included.
-  struct Spread {
-    Index contact, node;
-    Eigen::Matrix<double, Dim, N> axes;
-  };
   /// A force on a node that goes, its contact being open.
   struct Gone {
     Index grain, node;
@@ -184,7 +175,7 @@ class CoupledNewton {
     const auto& samples = packing.model->boundary.samples;
     active_.clear();
     gone_.clear();
-    spreads_.assign(n_grains_, {});
+    spread_ = ContactSpread<Dim, N>(n_grains_);
     const auto visit = [&](const auto& set, const typename Law::Contact& law, bool is_wall) {
       for (Index k = 0; k < set.size(); ++k) {
         const auto& contact = set.contact[k];
@@ -194,23 +185,14 @@ class CoupledNewton {
         const double stiffness = balance.contact_stiffness(packing, contact);
         const Vec r = axes * set.force(k), u = axes * watched.displacement(packing, contact, balance.x);
         auto row = alart_curnier_row<N>(law, r, u, stiffness);
-        const auto for_each_node = [&](auto spread) {
-          const auto& sample = samples[contact.sample];
-          for (Index i = 0; i < sample.n; ++i)
-            spread(contact.candidate, sample.node[std::size_t(i)], sample.weight[i]);
-          for (Index i = 0; i < contact.n_nodes; ++i)
-            spread(contact.antagonist, contact.node[std::size_t(i)], -contact.weight[i]);
-        };
         const Vec lost = r - row.kept(r);
         if (!lost.isZero(0))
-          for_each_node([&](Index grain, Index node, double weight) {
+          spread_.for_each_node(samples, contact, [&](Index grain, Index node, double weight) {
             gone_.push_back({grain, node, weight * (axes.transpose() * lost)});
           });
         if (row.n_rows == 0) continue;
         row.c += proximal_ / stiffness * row.a;
-        for_each_node([&](Index grain, Index node, double weight) {
-          spreads_[grain].push_back({active_.size(), node, weight * axes.transpose()});
-        });
+        spread_.add(samples, contact, active_.size(), axes);
         active_.push_back({is_wall, k, condensed_.place(contact), stiffness, r, row});
       }
     };
@@ -239,20 +221,11 @@ class CoupledNewton {
     return matrix_.prepare(n_rows, a, c);
   }
 
-  /// Adds H^T r to the nodal forces `load` on grain g.
-  template <class Forces, class Load>
-  void add_pull(Index g, const Forces& r, double sign, Load&& load) const {
-    for (const Spread& s : spreads_[g])
-      load.template segment<Dim>(Dim * s.node) += sign * (s.axes * r.template segment<N>(N * s.contact));
-  }
   /// H dx of the active contacts.
   template <class Moved>
   Eigen::VectorXd relative(const Moved& moved) const {
     Eigen::VectorXd u = Eigen::VectorXd::Zero(N * active_.size());
-    for (Index g = 0; g < n_grains_; ++g)
-      for (const Spread& s : spreads_[g])
-        u.template segment<N>(N * s.contact) +=
-            s.axes.transpose() * moved(g).template segment<Dim>(Dim * s.node);
+    spread_.add_motion(moved, u);
     return u;
   }
 
@@ -264,7 +237,7 @@ class CoupledNewton {
     parallel_for(threads_, n_grains_, [&](Index g) {
       Eigen::VectorXd own = Eigen::VectorXd::Zero(n_nodal_);
       tangent_[g].add_product(packing.model->pattern, z.data() + n_nodal_ * g, own.data());
-      add_pull(g, force, -1, own);
+      spread_.add_pull(g, force, -1, own);
       out.segment(n_nodal_ * g, n_nodal_) = own;
     });
     const Eigen::VectorXd u = relative([&](Index g) { return z.segment(n_nodal_ * g, n_nodal_); });
@@ -298,7 +271,7 @@ class CoupledNewton {
         force.template segment<N>(N * c) = known.template segment<N>(N * active_[c].place);
     parallel_for(threads_, n_grains_, [&](Index g) {
       Eigen::VectorXd load = z.segment(n_nodal_ * g, n_nodal_);
-      add_pull(g, force, 1, load);
+      spread_.add_pull(g, force, 1, load);
       z.segment(n_nodal_ * g, n_nodal_) = step_.solve(g, load);
     });
     z.tail(force.size()) = force;
@@ -314,7 +287,7 @@ class CoupledNewton {
   Array<BlockMatrix<Dim>> tangent_;  ///< T
   Array<Active> active_;
   Array<Gone> gone_;
-  Array<Array<Spread>> spreads_;  ///< of each grain
+  ContactSpread<Dim, N> spread_;  ///< of the active contacts
   Array<Block> alone_;            ///< inverses, for those that the condensed problem does not know
 };
 

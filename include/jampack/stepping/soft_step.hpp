@@ -84,6 +84,10 @@ class SoftStep {
     } catch (const NotConverged& error) {
       report.near_balance = false;
       fail(report, error.what());
+    } catch (...) {
+      packing.room.scale = old_scale;
+      contacts = saved;
+      throw;
     }
     report.kept = !report.converged && report.near_balance && unfinished == Unfinished::kept;
     if (report.kept) balance_.accept_forces(contacts);
@@ -143,8 +147,9 @@ class SoftStep {
         1e-14 * packing.model->material.young * std::pow(d, Dim) * double(packing.grains.size());
     balance_.penalty = options.penalty;
     if (!balance_.begin(packing, h, guess == FirstGuess::flight)) return false;
-    last_move_ = std::numeric_limits<double>::infinity();
+    last_move_ = since_frames_ = std::numeric_limits<double>::infinity();
     mixing_.forget();
+    unsolved_ = false;
     last_.reset();
     // Where the first guess is far off, all finer samples would be hit.
     watched.find(packing, balance_.x, reach_, SampleSet::coarse, options.threads);
@@ -157,39 +162,46 @@ class SoftStep {
     const double d = packing.mean_diameter();
     const double frame_move = 1e-2 * d;  // grains that move by more take their contacts' frames with them
     constexpr int most_rounds = 8;       // of contact detected afresh
-    constexpr int patience = 20;         // iterations near the end that bring nothing
+    constexpr int patience = 20;         // iterations near the end that bring nothing; long ones count more
     int rounds = 0, renewals = 0, without_gain = 0;
     double least = std::numeric_limits<double>::infinity();
     for (;; ++report.iterations) {
-      report.equilibrium_residual = balance_.equilibrium_residual();
-      report.scaled_residual = balance_.contact_residual;
-      // Far from the end the residual says little: a packing on its way down passes larger ones.
-      const double left = std::max(report.equilibrium_residual, balance_.surface_residual);
-      without_gain = left < least || left > 1e-3 ? 0 : without_gain + 1;
-      least = std::min(least, left);
+      double left = judge(report);
       if (balance_.balanced(options.tolerance, options.scaled_tolerance, options.surface_tolerance)) {
         if (holds_afresh(packing, report)) {
           report.converged = true;
           return;
         }
+        left = judge(report);
         if (++rounds == most_rounds) return fail(report, "contact frames do not settle");
         least = std::numeric_limits<double>::infinity();
-        balance_.evaluate(packing, contacts);
+        without_gain = 0;
         // Frames that turn with every solution must turn in smaller pieces.
         renewals = 2 * (rounds - 1);
         if (rounds == 1 && last_ && couple(packing)) continue;
       }
-      report.near_balance = left < 1e-2;
-      if (without_gain == patience)
+      // Far from the end the residual says little: a packing on its way down passes larger ones.
+      without_gain = left < least || left > 1e-3 ? 0 : without_gain + (unsolved_ ? 5 : 1);
+      least = std::min(least, left);
+      if (without_gain >= patience)
         return fail(report, "no better balance in " + std::to_string(patience) + " iterations");
-      if (report.iterations == options.max_iterations)
+      if (report.iterations >= options.max_iterations)
         return fail(report, "no balance after " + std::to_string(options.max_iterations) + " iterations");
       const bool renew = renewals > 0;
-      if (!iterate(packing, report, renew || last_move_ > frame_move))
+      if (!iterate(packing, report, renew || since_frames_ > frame_move))
         return fail(report, "no part of a move lowers the potential");
       if (renew) --renewals;
       if (renewals == 0) couple(packing);
     }
+  }
+
+  /// Writes what is left of balance and law; the larger of both.
+  double judge(SoftStepReport& report) const {
+    report.equilibrium_residual = balance_.equilibrium_residual();
+    report.scaled_residual = balance_.contact_residual;
+    const double left = std::max(report.equilibrium_residual, balance_.surface_residual);
+    report.near_balance = left < 1e-2;
+    return left;
   }
 
   static void fail(SoftStepReport& report, std::string reason) {
@@ -202,6 +214,7 @@ class SoftStep {
     balance_.accept_forces(contacts);
     const auto solved = contacts;  // with the frames they were solved in
     contacts.find(packing, balance_.x, reach_, SampleSet::all, options.threads);
+    since_frames_ = 0;
     balance_.evaluate(packing, contacts);
     report.fresh = std::max(balance_.equilibrium_residual(), balance_.surface_residual);
     constexpr double any = std::numeric_limits<double>::infinity();
@@ -226,8 +239,12 @@ class SoftStep {
       // ones.
       if (length == 1) accelerate(packing, start, dx, now, new_frames);
       if (length < 1 || new_frames) mixing_.forget();
+      since_frames_ += last_move_;
       balance_.linearise(packing);
-      if (new_frames) contacts.refresh(packing, balance_.x, reach_, options.threads);
+      if (new_frames) {
+        contacts.refresh(packing, balance_.x, reach_, options.threads);
+        since_frames_ = 0;
+      }
       balance_.evaluate(packing, contacts);
       return true;
     }
@@ -261,26 +278,30 @@ class SoftStep {
   /// multipliers, dx the motion that goes with them.
   void solve_condensed(const Packing& packing, SoftStepReport& report, Eigen::VectorXd& dx) {
     last_.emplace(condense(packing, contacts));
-    report.sweeps += solve_contacts(last_->problem, last_->guess);
+    const SolveReport solved = solve_contacts(last_->problem, last_->guess);
+    report.sweeps += solved.sweeps;
+    unsolved_ = !solved.converged;
     take_over(*last_, contacts);
     condensed_.motion(last_->guess, dx);
   }
 
   /// How far from the end, in units of the tolerances.
   double distance() const {
-    return std::max({balance_.equilibrium_residual() / options.tolerance,
+    return std::max({balance_.residual_norm / (options.tolerance * balance_.force_scale + balance_.round_off),
                      balance_.contact_residual / options.scaled_tolerance,
                      balance_.surface_residual / options.surface_tolerance});
   }
 
   /// Newton's method with the exact tangents from where the last iteration has led; whether it gained.
   bool couple(const Packing& packing) {
+    if (distance() <= 1) return false;
     CoupledNewton<Packing, Law> newton(condensed_, *last_, options.threads);
     const auto moved = newton.run(
         packing, longest_move(packing), potential_round_off_, [&](const auto&) { return distance(); },
         balance_, contacts);
     if (!moved) return false;
     last_move_ = *moved;
+    since_frames_ += *moved;
     mixing_.forget();
     return true;
   }
@@ -293,9 +314,9 @@ class SoftStep {
                              d * std::clamp(0.3 * last_move_ / d, 1e-5, 3e-4));
   }
 
-  /// Solves as far as the step's own residuals make it worth while. Returns the iterations used.
+  /// Solves as far as the step's own residuals make it worth while.
   template <class Problem>
-  Index solve_contacts(const Problem& problem, Eigen::VectorXd& r) const {
+  SolveReport solve_contacts(const Problem& problem, Eigen::VectorXd& r) const {
     const double surface = balance_.surface_residual;
     // What this residual may be for both measures of the law to hold.
     const double enough =
@@ -313,7 +334,7 @@ class SoftStep {
           std::max(1.0, balance_.least_force / std::max(size, 1e-3 * balance_.least_force));
     if constexpr (requires { solver.regularisation; }) solver.regularisation = 0.1;
     if constexpr (requires { solver.threads; }) solver.threads = options.threads;
-    return solver.solve(problem, r).sweeps;
+    return solver.solve(problem, r);
   }
 
   /// All unknowns, grain by grain.
@@ -349,8 +370,10 @@ class SoftStep {
   /// The packing and the contacts of a step that failed, as it was given up; balance_ still is there too.
   std::optional<std::pair<Packing, Watched>> failed_;
   double potential_round_off_ = 0;
-  double reach_ = 0;      ///< detection distance
-  double last_move_ = 0;  ///< largest displacement of a node in the last iteration
+  double reach_ = 0;         ///< detection distance
+  double last_move_ = 0;     ///< largest displacement of a node in the last iteration
+  bool unsolved_ = false;    ///< the last contact problem, within the iterations it may take
+  double since_frames_ = 0;  ///< the same since frames were renewed, added up
 };
 
 }  // namespace jampack
