@@ -164,9 +164,9 @@ class GrainNewtonGmres {
         if (n == 0) continue;
         group.own_modes.middleRows(i, n) = group.modes.middleRows(N * p, n);
         // Row by row: Eigen 3.4 takes wrong entries in the product of one row with a block of N = 1.
-        for (Index k = 0; k < n; ++k) {
-          rows.row(i + k) = a[c](k, 0) * group.modes.row(N * p);
-          for (int j = 1; j < N; ++j) rows.row(i + k) += a[c](k, j) * group.modes.row(N * p + j);
+        for (Index row = 0; row < n; ++row) {
+          rows.row(i + row) = a[c](row, 0) * group.modes.row(N * p);
+          for (int j = 1; j < N; ++j) rows.row(i + row) += a[c](row, j) * group.modes.row(N * p + j);
         }
         for (Index q = 0; q < group.contacts.size(); ++q) {
           const Index d = group.contacts[q];
