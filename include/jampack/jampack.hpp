@@ -119,6 +119,7 @@
 #include <jampack/stepping/moreau_rigid.hpp>
 #include <jampack/stepping/press_to.hpp>
 #include <jampack/stepping/soft_step.hpp>
+#include <jampack/stepping/soft_step_options.hpp>
 #include <jampack/stepping/watched_contacts.hpp>
 
 #include <jampack/analysis/audit.hpp>

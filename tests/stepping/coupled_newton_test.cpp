@@ -62,11 +62,11 @@ struct Scene {
   }
 
   /// Newton's method with the contacts nearer than `near` condensed.
-  std::optional<double> run(double near) {
+  std::optional<double> run(double near, double longest = 0.1, double round_off = 1e-15) {
     const auto problem = condense(before, contacts, balance, condensed, near);
     CoupledNewton<Packing, Law> newton(condensed, problem, {});
     return newton.run(
-        before, 0.1, 1e-15,
+        before, longest, round_off,
         [&](const auto&) {
           history.push_back(distance());
           return history.back();
@@ -120,34 +120,27 @@ TEST_CASE("from far away Newton's method comes to the same end") {
     CHECK((near.balance.x[g] - far.balance.x[g]).cwiseAbs().maxCoeff() < 1e-8);
 }
 
+namespace {
+
+/// Whether all is as in `other`.
+void check_same(const Scene& scene, const Scene& other) {
+  for (Index g = 0; g < other.balance.x.size(); ++g) CHECK((scene.balance.x[g] == other.balance.x[g]));
+  CHECK(scene.distance() == Approx(other.distance()));
+}
+
+}  // namespace
+
 TEST_CASE("a point of higher potential is not accepted") {
   Scene scene(1e-5);
-  const auto x = scene.balance.x;
-  const double before = scene.distance();
-  const auto problem = condense(scene.before, scene.contacts, scene.balance, scene.condensed, 1e-4);
-  CoupledNewton<Packing, Law> newton(scene.condensed, problem, {});
-  double least = before;
-  // No point has a potential lower by so much.
-  CHECK_FALSE(newton.run(
-      scene.before, 0.1, -1e3,
-      [&](const auto&) {
-        least = std::min(least, scene.distance());
-        return scene.distance();
-      },
-      scene.balance, scene.contacts));
-  CHECK(least <= 1);
-  for (Index g = 0; g < x.size(); ++g) CHECK((scene.balance.x[g] == x[g]));
-  CHECK(scene.distance() == Approx(before));
+  const Scene before = scene;
+  CHECK_FALSE(scene.run(1e-4, 0.1, -1e3));  // no point has a potential lower by so much
+  CHECK(*std::min_element(scene.history.begin(), scene.history.end()) <= 1);
+  check_same(scene, before);
 }
 
 TEST_CASE("where no step is allowed Newton's method leaves all as it was") {
   Scene scene(1e-5);
-  const auto x = scene.balance.x;
-  const double before = scene.distance();
-  const auto problem = condense(scene.before, scene.contacts, scene.balance, scene.condensed, 1e-4);
-  CoupledNewton<Packing, Law> newton(scene.condensed, problem, {});
-  CHECK_FALSE(newton.run(
-      scene.before, 0, 1e-15, [&](const auto&) { return scene.distance(); }, scene.balance, scene.contacts));
-  for (Index g = 0; g < x.size(); ++g) CHECK((scene.balance.x[g] == x[g]));
-  CHECK(scene.distance() == Approx(before));
+  const Scene before = scene;
+  CHECK_FALSE(scene.run(1e-4, 0));
+  check_same(scene, before);
 }

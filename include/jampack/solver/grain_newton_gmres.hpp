@@ -163,7 +163,7 @@ class GrainNewtonGmres {
         const Index c = group.contacts[p], n = n_rows[c], i = start_[c] - group.first;
         if (n == 0) continue;
         group.own_modes.middleRows(i, n) = group.modes.middleRows(N * p, n);
-        // Row by row: Eigen 3.4 takes wrong entries in the product of one row with a block of N = 1.
+        // Row by row: for N = 1 Eigen 3.4 takes wrong entries in a[c].topRows(n) * rows.
         for (Index row = 0; row < n; ++row) {
           rows.row(i + row) = a[c](row, 0) * group.modes.row(N * p);
           for (int j = 1; j < N; ++j) rows.row(i + row) += a[c](row, j) * group.modes.row(N * p + j);

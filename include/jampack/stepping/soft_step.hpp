@@ -6,51 +6,11 @@
 #include <jampack/stepping/augmented_balance.hpp>
 #include <jampack/stepping/condensed_contacts.hpp>
 #include <jampack/stepping/coupled_newton.hpp>
+#include <jampack/stepping/soft_step_options.hpp>
 #include <optional>
 #include <utility>
 
 namespace jampack {
-
-/// How one implicit step is solved. docs/results/compaction.md says how the defaults came about.
-struct SoftStepOptions {
-  double theta = 1;                       ///< of the Moreau-Jean scheme, in [0.5, 1]
-  double tolerance = 8e-7;                ///< on the equilibrium residual
-  double scaled_tolerance = 8e-7;         ///< on the scaled contact residual
-  double surface_tolerance = 2e-5;        ///< on the contact residual with the stiffness of the surface
-  double fresh_tolerance = 6e-4;          ///< on the equilibrium residual with contact detected afresh
-  double fresh_contact_tolerance = 5e-3;  ///< on that contact residual then
-  int max_iterations = 60;                ///< condensed contact problems before the step is given up
-  double penalty = 10;  ///< augmentation, in units of the stiffness of a surface layer one edge thick
-  double contact_tolerance = 1e-2;  ///< of condensed contact problems, at most
-  double reach = 0.03;              ///< detection distance over the mean diameter
-  double least_pressure = 1e-6;     ///< forces below this times Young's modulus and d^(Dim-1) are none
-  Threads threads;
-};
-
-/// Where a step begins to look for its end.
-enum class FirstGuess {
-  flight,  ///< where the grains get with the velocities they have
-  rest,    ///< where they are: velocities that were given them tell nothing of what contacts will do
-};
-
-/// What becomes of a step that ends without balance.
-enum class Unfinished {
-  undone,  ///< all is as it was
-  kept,    ///< where it came near to it: enough on the way to rest, where only the end counts
-};
-
-/// What one step cost and reached.
-struct SoftStepReport {
-  bool converged = false;
-  bool kept = false;          ///< not converged, but near balance and kept
-  bool near_balance = false;  ///< not converged, but balance and law hold to a hundredth
-  int iterations = 0;
-  Index sweeps = 0;                 ///< of the contact solver, or what it counts
-  double equilibrium_residual = 0;  ///< |M dv - h (f_ext - f_int) - H^T r| / |H^T r|, the step's own frames
-  double scaled_residual = 0;       ///< of the contacts, the step's own frames
-  double fresh = 0;                 ///< the larger of both with contact detected afresh
-  std::string reason;               ///< why it failed
-};
 
 /// One implicit Moreau-Jean step of a packing of deformable grains under exact contact
 /// (docs/theory/deformable_stage.md): condensed contact problems one after the other, the potential of the
@@ -372,8 +332,8 @@ class SoftStep {
   double potential_round_off_ = 0;
   double reach_ = 0;         ///< detection distance
   double last_move_ = 0;     ///< largest displacement of a node in the last iteration
-  bool unsolved_ = false;    ///< the last contact problem, within the iterations it may take
   double since_frames_ = 0;  ///< the same since frames were renewed, added up
+  bool unsolved_ = false;    ///< the last contact problem, within the iterations it may take
 };
 
 }  // namespace jampack
