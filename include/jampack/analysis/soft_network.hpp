@@ -44,18 +44,13 @@ ContactNetwork<Dim> contact_network(const Packing& packing, const SurfaceContact
     Vector<Dim> moment = Vector<Dim>::Zero();
   };
   std::map<std::pair<Index, Index>, WallSum> at_wall;
-  const auto& samples = packing.model->boundary.samples;
   for (Index c = 0; c < walls.size(); ++c) {
     const auto& contact = walls.contact[c];
     const double force = walls.reaction[c][0];
     if (force == 0) continue;
-    const auto& sample = samples[contact.sample];
-    Vector<Dim> x = Vector<Dim>::Zero();
-    for (Index i = 0; i < sample.n; ++i)
-      x += sample.weight[i] * packing.grains[contact.candidate].position.col(sample.node[std::size_t(i)]);
     auto& sum = at_wall[{contact.candidate, contact.wall()}];
     sum.force += force;
-    sum.moment += force * x;
+    sum.moment += force * weighted_point(contact.own, packing.grains[contact.candidate].position);
   }
   for (const auto& [key, sum] : at_wall) {
     ContactForce<Dim> contact;

@@ -9,47 +9,50 @@
 
 namespace jampack {
 
-/// A surface sample of a candidate grain against the surface of an antagonist grain or against a wall: the
-/// contact of docs/theory/deformable_stage.md, section 2. Its row of H is sum_i w_i v_i (candidate) minus
-/// sum_j N_j(xi) v_j (antagonist), along `normal` and across it.
+/// A node and its share in a point.
+struct NodeWeight {
+  Index node;
+  double weight;
+};
+/// A point of a grain, or a mean of such points: the shares sum to one.
+using NodeWeights = Array<NodeWeight>;
+
+/// The point at nodal positions x; of other nodal fields the mean with the same shares.
+template <class Nodal>
+Vector<Nodal::RowsAtCompileTime> weighted_point(const NodeWeights& weights, const Nodal& x) {
+  Vector<Nodal::RowsAtCompileTime> sum = Vector<Nodal::RowsAtCompileTime>::Zero();
+  for (const auto& [node, weight] : weights) sum += weight * x.col(node);
+  return sum;
+}
+
+/// A point of a candidate grain held on one side of an antagonist grain or of a wall: the contact of
+/// docs/theory/deformable_stage.md, section 2. What point that is, a contact discretisation says
+/// (detection/contact_discretisation.hpp). Its row of H is sum_i w_i v_i (candidate) minus sum_j N_j v_j
+/// (antagonist), along `normal` and across it.
 template <int Dim>
 struct SurfaceContact {
   Index candidate = 0;                                     ///< grain
-  Index sample = 0;                                        ///< of the candidate's boundary
+  Index sample = 0;                                        ///< which of the candidate's points
   Index antagonist = 0;                                    ///< grain, or -1 - wall
-  Index face = -1;                                         ///< of the antagonist's boundary
+  Index face = -1;                                         ///< of the antagonist's boundary; -1 for none
   FaceCoordinates<Dim> xi = FaceCoordinates<Dim>::Zero();  ///< on that face
-  Index n_nodes = 0;                                       ///< of that face; 0 at a wall
-  std::array<Index, max_face_nodes<Dim>> node{};
-  Eigen::Matrix<double, max_face_nodes<Dim>, 1> weight =
-      Eigen::Matrix<double, max_face_nodes<Dim>, 1>::Zero();
-  Vector<Dim> normal = Vector<Dim>::Zero();  ///< from antagonist to candidate
-  double slack = 0;  ///< how far the sample may enter, >= 0: its boundary lies that far inside, length
+  NodeWeights own;                                         ///< the candidate's point
+  NodeWeights other;                                       ///< that of the antagonist; none at a wall
+  Vector<Dim> normal = Vector<Dim>::Zero();                ///< from antagonist to candidate
+  double slack = 0;  ///< how far the point may enter, >= 0: its boundary lies that far inside, length
   double gap = 0;    ///< of that boundary: signed distance plus slack
 
   bool is_wall() const { return antagonist < 0; }
   Index wall() const { return -1 - antagonist; }
-  /// Shared by the contacts of one sample with several faces of one grain, at a hollow crease.
+  /// Shared by the contacts of one point with several faces of one grain, at a hollow crease.
   auto key() const { return std::tuple(candidate, sample, antagonist); }
 
-  /// Holds the sample, which is at x, above this plane.
-  void hold(const GrainSurface<Dim>& surface, const typename GrainSurface<Dim>::TangentPlane& plane,
-            const Vector<Dim>& x) {
-    const auto& f = surface.boundary().faces[plane.face];
-    face = plane.face;
-    xi = plane.xi;
-    n_nodes = f.n_nodes;
-    node = f.node;
-    weight = face_shape<Dim>(f.n_nodes, xi).value;
-    normal = plane.normal;
-    gap = normal.dot(x - antagonist_point(surface.position())) + slack;
-  }
-
-  template <class Nodal>
-  Vector<Dim> antagonist_point(const Nodal& x) const {
-    Vector<Dim> sum = Vector<Dim>::Zero();
-    for (Index i = 0; i < n_nodes; ++i) sum += weight[i] * x.col(node[std::size_t(i)]);
-    return sum;
+  /// Calls spread(grain, node, weight) for all nodes that a force on the candidate acts on, the opposite one
+  /// on the antagonist included.
+  template <class Visit>
+  void for_each_node(Visit spread) const {
+    for (const auto& [node, weight] : own) spread(candidate, node, weight);
+    for (const auto& [node, weight] : other) spread(antagonist, node, -weight);
   }
 };
 

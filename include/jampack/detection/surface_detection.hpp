@@ -3,16 +3,9 @@
 
 #include <jampack/core/parallel.hpp>
 #include <jampack/detection/r_tree.hpp>
-#include <jampack/detection/surface_contact.hpp>
+#include <jampack/detection/sampled_contact.hpp>
 
 namespace jampack {
-
-/// What separates contacts worth watching from the rest.
-struct DetectionRange {
-  double reach = 0;  ///< samples nearer than this to another surface are kept, length
-  double depth = 0;  ///< and none deeper than this: beyond it a sample belongs to the other side, length
-  SampleSet samples = SampleSet::all;
-};
 
 namespace detail {
 
@@ -44,24 +37,12 @@ Index end_of_sample(const Array<SurfaceContact<Dim>>& contacts, Index first) {
   return end;
 }
 
-/// The contacts of a sample at x, projected on the other grain, from a contact that knows all but its planes.
-template <int Dim>
-void add_contacts(SurfaceContact<Dim> contact, const GrainSurface<Dim>& other,
-                  const typename GrainSurface<Dim>::Projection& p, const Vector<Dim>& x,
-                  Array<SurfaceContact<Dim>>& contacts) {
-  constexpr double crease = 0.02;  // so near to one over the diameter, a sample may come to lie in it
-  for (const auto& plane : other.tangent_planes(x, p, crease * other.diameter())) {
-    contact.hold(other, plane, x);
-    contacts.push_back(contact);
-  }
-}
-
-/// The samples asked for that are within range of another grain (`pairs`) or of a wall (`walls`), sorted by
-/// key. Grains that may touch come from an R-tree over their bounding balls; a sample starts its walk to its
-/// projection from the nearest node.
-template <int Dim>
-void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room, const DetectionRange& range,
-            Threads threads, Array<SurfaceContact<Dim>>& pairs, Array<SurfaceContact<Dim>>& walls) {
+/// The contacts of a discretisation that are within range of another grain (`pairs`) or of a wall (`walls`),
+/// sorted by key. Grains that may touch come from an R-tree over their bounding balls.
+template <int Dim, ContactDiscretisation<Dim> Discretisation>
+void detect(const Discretisation& discretisation, const Array<GrainSurface<Dim>>& surfaces,
+            const Container<Dim>& room, const DetectionRange& range, Threads threads,
+            Array<SurfaceContact<Dim>>& pairs, Array<SurfaceContact<Dim>>& walls) {
   const Index n = surfaces.size();
   Balls<Dim> bounds;
   for (const auto& surface : surfaces) detail::add_bounding_ball(surface, range.depth, bounds);
@@ -76,35 +57,20 @@ void detect(const Array<GrainSurface<Dim>>& surfaces, const Container<Dim>& room
   parallel_for(threads, n, [&](Index a) {
     const auto& surface = surfaces[a];
     std::sort(neighbours[a].begin(), neighbours[a].end());
-    const auto& samples = surface.boundary().samples;
-    for (Index s = 0; s < surface.boundary().n_samples(range.samples); ++s) {
-      const Vector<Dim> x = surface.sample_point(samples[s], surface.position());
-      const Vector<Dim> outward = surface.sample_normal(samples[s]);
+    for (Index i = 0; i < discretisation.n_points(surface.boundary(), range.samples); ++i) {
+      const auto place = discretisation.place(surface, i);
       SurfaceContact<Dim> contact;
       contact.candidate = a;
-      contact.sample = s;
+      contact.sample = i;
       for (const Index b : neighbours[a]) {
-        if ((x - bounds.position[b]).norm() > 0.5 * bounds.diameter[b] + range.reach) continue;
-        const auto& other = surfaces[b];
-        const auto [node, distance] = other.nearest_node(x);
-        const double edge = other.boundary().edge_length * bounds.diameter[b];
-        if (std::sqrt(distance) > range.reach + range.depth + 2 * edge) continue;
-        const auto p = other.project(x, node);
-        contact.slack = surface.boundary().slack(s, detail::leads(surfaces, a, b)) * surface.diameter();
-        if (!p.on_surface || p.gap + contact.slack > range.reach || p.gap < -range.depth ||
-            outward.dot(p.normal) > 0.5)
-          continue;
+        if ((place.point - bounds.position[b]).norm() > 0.5 * bounds.diameter[b] + range.reach) continue;
         contact.antagonist = b;
-        add_contacts(contact, other, p, x, found_pairs[a]);
+        discretisation.find(place, surfaces[b], detail::leads(surfaces, a, b), range, contact,
+                            found_pairs[a]);
       }
-      contact.n_nodes = 0;
       for (Index w = 0; w < room.n_walls(); ++w) {
-        contact.slack = surface.boundary().slack(s, true) * surface.diameter();
-        contact.gap = room.gap(w, x) + contact.slack;
-        if (contact.gap > range.reach) continue;
         contact.antagonist = -1 - w;
-        contact.normal = room.normal[w];
-        found_walls[a].push_back(contact);
+        discretisation.find_at_wall(place, room, range, contact, found_walls[a]);
       }
     }
     // Walls have descending negative keys: they come before grains and in reverse.

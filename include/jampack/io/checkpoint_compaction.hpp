@@ -117,16 +117,14 @@ Compaction<Packing, Law, Solver> restored_compaction(const StoredState<Packing::
       contact.sample = from.sample;
       contact.antagonist = from.antagonist;
       contact.slack = from.slack;
-      const auto& surface = surfaces[from.candidate];
-      const Vector<Dim> x = surface.sample_point(boundary.samples[from.sample],
-                                                 compaction.packing.grains[from.candidate].position);
+      contact.own = node_weights(boundary.samples[from.sample]);
+      const Vector<Dim> x = weighted_point(contact.own, compaction.packing.grains[from.candidate].position);
       if (from.is_wall()) {
         contact.normal = state.room.normal[from.wall()];
         contact.gap = state.room.gap(from.wall(), x) + contact.slack;
       } else {
         // The frame as it was: a projection started anew may end elsewhere.
-        const auto& other = surfaces[from.antagonist];
-        contact.hold(other, {from.face, from.xi, from.normal}, x);
+        hold(contact, surfaces[from.antagonist], {from.face, from.xi, from.normal}, x);
       }
       auto& reaction = set.reaction.emplace_back();
       reaction = from.reaction.head(reaction.size());

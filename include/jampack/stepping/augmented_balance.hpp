@@ -17,7 +17,6 @@ class AugmentedBalance {
   static constexpr int Dim = Packing::dimension;
   static constexpr int N = n_contact_unknowns<Law, Dim>;
   using Nodal = typename Packing::Nodal;
-  using Contacts = WatchedContacts<Packing, Law>;
 
   Law law;
   Threads threads;
@@ -87,6 +86,7 @@ class AugmentedBalance {
 
   /// What the contact forces, the multipliers within their cones, leave of balance and contact law at x;
   /// writes the gaps of the contacts.
+  template <class Contacts>
   void evaluate(const Packing& packing, Contacts& contacts) {
     double error = 0, surface_error = 0;
     const auto visit = [&](auto& set, auto& trial, const auto& contact_law) {
@@ -125,12 +125,14 @@ class AugmentedBalance {
   double equilibrium_residual() const { return residual_norm / force_scale; }
 
   /// The forces become the multipliers.
+  template <class Contacts>
   void accept_forces(Contacts& contacts) const {
     contacts.pairs.reaction = pair_force;
     contacts.walls.reaction = wall_force;
   }
 
   /// Holds the friction bounds of potential() at these forces.
+  template <class Contacts>
   void hold_bounds(const Contacts& contacts, const Array<ContactVector<N>>& of_pairs) {
     bound_.assign(contacts.pairs.size(), 0.0);
     if constexpr (N > 1)
@@ -140,6 +142,7 @@ class AugmentedBalance {
 
   /// What balance at the multipliers and friction bounds held minimises (eq. 8): its gradient is the
   /// residual where the bounds are those of the present forces. +infinity where a cell is inverted.
+  template <class Contacts>
   double potential(const Packing& packing, const Contacts& contacts) const {
     Array<double> of_grain(packing.grains.size());
     parallel_for(threads, packing.grains.size(), [&](Index g) {
@@ -212,6 +215,7 @@ class AugmentedBalance {
   }
 
   /// Residual of the balance of momentum (eq. 6).
+  template <class Contacts>
   void balance(const Packing& packing, const Contacts& contacts) {
     const double size = gather(packing, contacts, pair_force, wall_force);
     double error = 0, inertia = 0;
@@ -226,10 +230,11 @@ class AugmentedBalance {
   }
 
   /// Nodal contact forces of these reactions; their squared norm.
+  template <class Contacts>
   double gather(const Packing& packing, const Contacts& contacts, const Array<ContactVector<N>>& of_pairs,
                 const Array<ContactVector<1>>& of_walls) {
     for (auto& f : contact_nodal_) f.setZero(Dim, packing.n_nodes());
-    contacts.scatter(packing, of_pairs, of_walls, contact_nodal_);
+    contacts.scatter(of_pairs, of_walls, contact_nodal_);
     double sum = 0;
     for (const auto& f : contact_nodal_) sum += f.squaredNorm();
     return sum;

@@ -27,13 +27,13 @@ struct CompactionOptions {
 
 /// Presses a packing by homothetic closing of its room at constant wall speed, in adaptive implicit steps:
 /// a step that fails is cut, one that was easy lets the next grow.
-template <class Packing, ContactLaw Law, class Solver = ProximalNewton>
+template <class Packing, ContactLaw Law, class Solver = ProximalNewton, class Discretisation = SampledContact>
 class Compaction {
  public:
   static constexpr int Dim = Packing::dimension;
 
   Packing packing;
-  SoftStep<Packing, Law, Solver> step;
+  SoftStep<Packing, Law, Solver, Discretisation> step;
   CompactionOptions options;
 
   Index n_steps = 0;
@@ -230,7 +230,7 @@ class Compaction {
   /// What a step changes that can be taken back.
   struct Accepted {
     Packing packing;
-    typename SoftStep<Packing, Law, Solver>::Watched contacts;
+    typename SoftStep<Packing, Law, Solver, Discretisation>::Watched contacts;
     Array<typename Packing::Nodal> position_before, velocity_before;
     double duration, pressure;
   };

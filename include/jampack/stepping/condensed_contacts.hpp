@@ -35,9 +35,9 @@ struct CondensedContacts {
 
 /// The contact problem of the grains, linearised where `balance` stands, condensed on those contacts that
 /// carry or whose gap is below `near` (length). Throws NotConverged where a tangent has no factor.
-template <class Packing, ContactLaw Law>
+template <class Packing, ContactLaw Law, class Discretisation>
 CondensedContacts<typename CondensedStep<Packing, Law>::Problem> condense(
-    const Packing& packing, const WatchedContacts<Packing, Law>& watched,
+    const Packing& packing, const WatchedContacts<Packing, Law, Discretisation>& watched,
     const AugmentedBalance<Packing, Law>& balance, CondensedStep<Packing, Law>& step, double near) {
   using Step = CondensedStep<Packing, Law>;
   constexpr int N = Step::N;
@@ -58,12 +58,11 @@ CondensedContacts<typename CondensedStep<Packing, Law>::Problem> condense(
   parallel_for(balance.threads, packing.grains.size(),
                [&](Index g) { imbalance[g] = balance.imbalance(packing, g); });
   step.factorise(packing, balance.tangent);
-  CondensedContacts<typename Step::Problem> condensed{
-      step.problem(packing, packing.model->boundary.samples, entries, imbalance, balance.law),
-      Eigen::VectorXd(N * entries.size()),
-      std::move(pairs),
-      std::move(walls),
-      {}};
+  CondensedContacts<typename Step::Problem> condensed{step.problem(packing, entries, imbalance, balance.law),
+                                                      Eigen::VectorXd(N * entries.size()),
+                                                      std::move(pairs),
+                                                      std::move(walls),
+                                                      {}};
   for (Index c = 0; c < entries.size(); ++c) {
     const auto& contact = *entries[c].contact;
     condensed.guess.template segment<N>(N * c) = Step::rows(contact) * force[c];
@@ -75,8 +74,8 @@ CondensedContacts<typename CondensedStep<Packing, Law>::Problem> condense(
 }
 
 /// r, along the local axes of a watched contact (a wall or not), becomes its force.
-template <class Packing, ContactLaw Law>
-void set_force(WatchedContacts<Packing, Law>& watched, bool is_wall, Index c,
+template <class Packing, ContactLaw Law, class Discretisation>
+void set_force(WatchedContacts<Packing, Law, Discretisation>& watched, bool is_wall, Index c,
                const ContactVector<CondensedStep<Packing, Law>::N>& r) {
   using Step = CondensedStep<Packing, Law>;
   if (is_wall)
@@ -88,16 +87,15 @@ void set_force(WatchedContacts<Packing, Law>& watched, bool is_wall, Index c,
 }
 
 /// The solution, which has taken the place of the guess, becomes the forces of the watched contacts.
-template <class Packing, ContactLaw Law>
+template <class Packing, ContactLaw Law, class Discretisation>
 void take_over(const CondensedContacts<typename CondensedStep<Packing, Law>::Problem>& solved,
-               WatchedContacts<Packing, Law>& watched) {
+               WatchedContacts<Packing, Law, Discretisation>& watched) {
   constexpr int N = CondensedStep<Packing, Law>::N;
   const Index n_pairs = solved.pairs.size();
   for (Index c = 0; c < n_pairs; ++c)
-    set_force<Packing, Law>(watched, false, solved.pairs[c], solved.guess.template segment<N>(N * c));
+    set_force(watched, false, solved.pairs[c], solved.guess.template segment<N>(N * c));
   for (Index c = 0; c < solved.walls.size(); ++c)
-    set_force<Packing, Law>(watched, true, solved.walls[c],
-                            solved.guess.template segment<N>(N * (n_pairs + c)));
+    set_force(watched, true, solved.walls[c], solved.guess.template segment<N>(N * (n_pairs + c)));
 }
 
 }  // namespace jampack

@@ -48,8 +48,8 @@ class CondensedStep {
 
   /// The contact problem of these contacts; `imbalance` is R0 of each grain. Its products with W use the
   /// factors: it is to be done with before they change, and not to outlive them.
-  Problem problem(const Packing& packing, const Array<typename Boundary<Dim>::Sample>& samples,
-                  const Array<Entry>& entries, const Array<Nodal>& imbalance, const Law& law) {
+  Problem problem(const Packing& packing, const Array<Entry>& entries, const Array<Nodal>& imbalance,
+                  const Law& law) {
     const Index n_grains = packing.grains.size(), n = Dim * packing.n_nodes();
     Array<GrainCompliance<N>> grains(n_grains);
     pull_.resize(n_grains);
@@ -57,7 +57,7 @@ class CondensedStep {
     spread_ = ContactSpread<Dim, N>(n_grains);
     for (Index c = 0; c < entries.size(); ++c) {
       const auto& contact = *entries[c].contact;
-      spread_.add(samples, contact, c, rows(contact));
+      spread_.add(contact, c, rows(contact));
       grains[contact.candidate].contact.push_back(c);
       grains[contact.candidate].sign.push_back(1);
       if (contact.is_wall()) continue;
@@ -77,7 +77,7 @@ class CondensedStep {
         const auto& contact = *entries[grain.contact[k]].contact;
         const Eigen::Matrix<double, Dim, N> axes = rows(contact).transpose();
         const double sign = grain.sign[k];
-        spread_.for_each_node(samples, contact, [&](Index owner, Index node, double weight) {
+        contact.for_each_node([&](Index owner, Index node, double weight) {
           if (owner == g) pull_[g].template block<Dim, N>(Dim * node, N * k) += sign * weight * axes;
         });
       }

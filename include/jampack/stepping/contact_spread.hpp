@@ -3,7 +3,6 @@
 
 #include <jampack/core/array.hpp>
 #include <jampack/detection/surface_contact.hpp>
-#include <jampack/mesh/boundary_surface.hpp>
 
 namespace jampack {
 
@@ -17,22 +16,9 @@ class ContactSpread {
 
   explicit ContactSpread(Index n_grains = 0) : of_grain_(n_grains) {}
 
-  /// Calls spread(grain, node, weight) for all nodes that a force on this contact's candidate acts on, the
-  /// opposite one on the antagonist included.
-  template <class Visit>
-  static void for_each_node(const Array<typename Boundary<Dim>::Sample>& samples,
-                            const SurfaceContact<Dim>& contact, Visit spread) {
-    const auto& sample = samples[contact.sample];
-    for (Index i = 0; i < sample.n; ++i)
-      spread(contact.candidate, sample.node[std::size_t(i)], sample.weight[i]);
-    for (Index i = 0; i < contact.n_nodes; ++i)
-      spread(contact.antagonist, contact.node[std::size_t(i)], -contact.weight[i]);
-  }
-
   /// Adds one, whose unknowns are those with number `place` and lie along `axes`.
-  void add(const Array<typename Boundary<Dim>::Sample>& samples, const SurfaceContact<Dim>& contact,
-           Index place, const Axes& axes) {
-    for_each_node(samples, contact, [&](Index grain, Index node, double weight) {
+  void add(const SurfaceContact<Dim>& contact, Index place, const Axes& axes) {
+    contact.for_each_node([&](Index grain, Index node, double weight) {
       of_grain_[grain].push_back({place, node, weight * axes.transpose()});
     });
   }

@@ -25,7 +25,6 @@ class CoupledNewton {
   using Step = CondensedStep<Packing, Law>;
   static constexpr int N = Step::N;
   using Condensed = CondensedContacts<typename Step::Problem>;
-  using Watched = WatchedContacts<Packing, Law>;
   using Nodal = typename Packing::Nodal;
   using Vec = ContactVector<N>;
   using Block = Eigen::Matrix<double, N, N>;
@@ -40,7 +39,7 @@ class CoupledNewton {
   /// linearised there, and returns how far that is for a node; or nothing, being back at the
   /// start, its forces cut to their cones, where no point was better, or its potential was not lower by all
   /// but `round_off`.
-  template <class Distance>
+  template <class Distance, class Watched>
   std::optional<double> run(const Packing& packing, double longest, double round_off, Distance distance,
                             AugmentedBalance<Packing, Law>& balance, Watched& watched) {
     constexpr int max_steps = 40, patience = 10;
@@ -118,6 +117,7 @@ class CoupledNewton {
 
   /// One step from where `balance` stands, `watched` having the forces to start from: they become the next
   /// ones, dx is the motion. False, with nothing changed, if it was not found.
+  template <class Watched>
   bool step(const Packing& packing, const AugmentedBalance<Packing, Law>& balance, Watched& watched,
             Eigen::VectorXd& dx) {
     constexpr double enough = 0.02;  // of the right-hand side may be left
@@ -131,7 +131,7 @@ class CoupledNewton {
     const Index n_motions = n_nodal_ * n_grains_;
     Eigen::VectorXd z(n_motions + N * active_.size());
     Array<Nodal> forces(n_grains_, Nodal::Zero(Dim, packing.n_nodes()));
-    watched.scatter(packing, watched.pairs.reaction, watched.walls.reaction, forces);
+    watched.scatter(watched.pairs.reaction, watched.walls.reaction, forces);
     parallel_for(threads_, n_grains_, [&](Index g) {
       const Nodal left = forces[g] - balance.imbalance(packing, g);
       z.segment(n_nodal_ * g, n_nodal_) = Eigen::Map<const Eigen::VectorXd>(left.data(), n_nodal_);
@@ -149,7 +149,7 @@ class CoupledNewton {
     for (Index c = 0; c < active_.size(); ++c) {
       const auto& active = active_[c];
       const Vec r = active.row.kept(active.reaction + z.template segment<N>(n_motions + N * c));
-      set_force<Packing, Law>(watched, active.is_wall, active.index, r);
+      set_force(watched, active.is_wall, active.index, r);
     }
     return true;
   }
@@ -170,9 +170,9 @@ class CoupledNewton {
   };
 
   /// Which contacts take part, and their rows.
+  template <class Watched>
   void linearise(const Packing& packing, const AugmentedBalance<Packing, Law>& balance,
                  const Watched& watched) {
-    const auto& samples = packing.model->boundary.samples;
     active_.clear();
     gone_.clear();
     spread_ = ContactSpread<Dim, N>(n_grains_);
@@ -187,12 +187,12 @@ class CoupledNewton {
         auto row = alart_curnier_row<N>(law, r, u, stiffness);
         const Vec lost = r - row.kept(r);
         if (!lost.isZero(0))
-          spread_.for_each_node(samples, contact, [&](Index grain, Index node, double weight) {
+          contact.for_each_node([&](Index grain, Index node, double weight) {
             gone_.push_back({grain, node, weight * (axes.transpose() * lost)});
           });
         if (row.n_rows == 0) continue;
         row.c += proximal_ / stiffness * row.a;
-        spread_.add(samples, contact, active_.size(), axes);
+        spread_.add(contact, active_.size(), axes);
         active_.push_back({is_wall, k, condensed_.place(contact), stiffness, r, row});
       }
     };

@@ -19,8 +19,9 @@ struct PressOptions {
 /// steps that start from the affine flow and are slow enough for inertia not to count; a step that overshoots
 /// is taken back and halved. The last step holds the walls still. `progress(run)` is called after every step.
 /// Throws InvalidInput for options outside their ranges, NotConverged when the stress is not reached.
-template <class Packing, ContactLaw Law, class Solver, class Progress>
-void press_to(Compaction<Packing, Law, Solver>& run, const PressOptions& options, Progress&& progress) {
+template <class Packing, ContactLaw Law, class Solver, class Discretisation, class Progress>
+void press_to(Compaction<Packing, Law, Solver, Discretisation>& run, const PressOptions& options,
+              Progress&& progress) {
   constexpr int Dim = Packing::dimension;
   require(std::isfinite(options.stress) && options.stress > 0,
           "press_to: the stress must be positive and finite, got " + std::to_string(options.stress));
@@ -91,8 +92,8 @@ void press_to(Compaction<Packing, Law, Solver>& run, const PressOptions& options
                      " steps; try another seed");
 }
 
-template <class Packing, ContactLaw Law, class Solver>
-void press_to(Compaction<Packing, Law, Solver>& run, const PressOptions& options) {
+template <class Packing, ContactLaw Law, class Solver, class Discretisation>
+void press_to(Compaction<Packing, Law, Solver, Discretisation>& run, const PressOptions& options) {
   press_to(run, options, [](const auto&) {});
 }
 

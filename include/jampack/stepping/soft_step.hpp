@@ -16,13 +16,13 @@ namespace jampack {
 /// (docs/theory/deformable_stage.md): condensed contact problems one after the other, the potential of the
 /// augmented Lagrangian the judge of every move. Contacts keep their frames while grains move little, and are
 /// detected afresh before a step is accepted.
-template <class Packing, ContactLaw Law, class Solver = ProximalNewton>
+template <class Packing, ContactLaw Law, class Solver = ProximalNewton, class Discretisation = SampledContact>
 class SoftStep {
  public:
   static constexpr int Dim = Packing::dimension;
   static constexpr int N = n_contact_unknowns<Law, Dim>;
   using Nodal = typename Packing::Nodal;
-  using Watched = WatchedContacts<Packing, Law>;
+  using Watched = WatchedContacts<Packing, Law, Discretisation>;
   using Condensed = CondensedContacts<typename CondensedStep<Packing, Law>::Problem>;
 
   Law law;

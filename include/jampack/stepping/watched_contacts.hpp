@@ -9,16 +9,18 @@
 
 namespace jampack {
 
-/// The contacts that a step of a deformable packing watches, with their forces: samples within reach of
-/// another grain or a wall. Their frames stay as they are until they are asked for again
-/// (docs/theory/deformable_stage.md, sections 2 and 5).
-template <class Packing, ContactLaw Law>
+/// The contacts that a step of a deformable packing watches, with their forces: those that a discretisation
+/// finds within reach of another grain or a wall. Their frames stay as they are until they are asked for
+/// again (docs/theory/deformable_stage.md, sections 2 and 5).
+template <class Packing, ContactLaw Law, class Discretisation = SampledContact>
+requires ContactDiscretisation<Discretisation, Packing::dimension>
 class WatchedContacts {
  public:
   static constexpr int Dim = Packing::dimension;
   static constexpr int N = n_contact_unknowns<Law, Dim>;
   using Nodal = typename Packing::Nodal;
 
+  Discretisation discretisation;
   SurfaceContacts<Dim, N> pairs;  ///< grain against grain
   SurfaceContacts<Dim, 1> walls;  ///< grain against wall
 
@@ -27,15 +29,15 @@ class WatchedContacts {
   void find(const Packing& packing, const Array<Nodal>& x, double reach, SampleSet samples, Threads threads) {
     update_surfaces(packing, x, threads);
     Array<SurfaceContact<Dim>> found_pairs, found_walls;
-    detect(surfaces_, packing.room, DetectionRange{reach, 0.1 * packing.mean_diameter(), samples}, threads,
-           found_pairs, found_walls);
+    detect(discretisation, surfaces_, packing.room,
+           DetectionRange{reach, 0.1 * packing.mean_diameter(), samples}, threads, found_pairs, found_walls);
     replace_contacts(pairs, found_pairs);
     replace_contacts(walls, found_walls);
     detected_at_ = x;
     detected_ = samples;
     // What detection did not find is here because it carries a force.
     const auto less = [](const auto& p, const auto& q) { return p.key() < q.key(); };
-    project(packing, x, threads, [&](Index c) {
+    project(x, threads, [&](Index c) {
       return !std::binary_search(found_pairs.begin(), found_pairs.end(), pairs.contact[c], less);
     });
   }
@@ -50,19 +52,17 @@ class WatchedContacts {
       return find(packing, x, reach, SampleSet::all, threads);
     const double near = 0.1 * reach;
     update_surfaces(packing, x, threads);
-    project(packing, x, threads, [&](Index c) { return least_gap(packing, c, x) < near; });
+    project(x, threads, [&](Index c) { return least_gap(c, x) < near; });
   }
 
   /// Of a contact in a step that ends at x: gap along the normal, slip across it (eq. 5).
   Vector<Dim> displacement(const Packing& packing, const SurfaceContact<Dim>& contact,
                            const Array<Nodal>& x) const {
-    const auto& sample = packing.model->boundary.samples[contact.sample];
-    const auto& surface = surfaces_[contact.candidate];
-    const Vector<Dim> point = surface.sample_point(sample, x[contact.candidate]);
+    const Vector<Dim> point = weighted_point(contact.own, x[contact.candidate]);
     if (contact.is_wall()) return (packing.room.gap(contact.wall(), point) + contact.slack) * contact.normal;
-    const Vector<Dim> apart = point - contact.antagonist_point(x[contact.antagonist]);
-    const Vector<Dim> before = surface.sample_point(sample, packing.grains[contact.candidate].position) -
-                               contact.antagonist_point(packing.grains[contact.antagonist].position);
+    const Vector<Dim> apart = point - weighted_point(contact.other, x[contact.antagonist]);
+    const Vector<Dim> before = weighted_point(contact.own, packing.grains[contact.candidate].position) -
+                               weighted_point(contact.other, packing.grains[contact.antagonist].position);
     const Vector<Dim> relative = apart - before;
     const double gap = contact.normal.dot(apart) + contact.slack;
     return relative + (gap - contact.normal.dot(relative)) * contact.normal;
@@ -70,10 +70,10 @@ class WatchedContacts {
 
   /// Adds the nodal forces of these reactions (forces on the candidates) to `nodal`.
   template <class Reactions>
-  void scatter(const Packing& packing, const Reactions& of_pairs, const Array<ContactVector<1>>& of_walls,
+  void scatter(const Reactions& of_pairs, const Array<ContactVector<1>>& of_walls,
                Array<Nodal>& nodal) const {
-    scatter_set(packing, pairs, of_pairs, nodal);
-    scatter_set(packing, walls, of_walls, nodal);
+    scatter_set(pairs, of_pairs, nodal);
+    scatter_set(walls, of_walls, nodal);
   }
 
  private:
@@ -84,31 +84,25 @@ class WatchedContacts {
     });
   }
 
-  Vector<Dim> sample_point(const Packing& packing, const SurfaceContact<Dim>& contact,
-                           const Array<Nodal>& x) const {
-    return surfaces_[contact.candidate].sample_point(packing.model->boundary.samples[contact.sample],
-                                                     x[contact.candidate]);
-  }
-
   /// The gap at x along the frame as it is.
-  double held_gap(const Packing& packing, const SurfaceContact<Dim>& contact, const Array<Nodal>& x) const {
-    const Vector<Dim> apart =
-        sample_point(packing, contact, x) - contact.antagonist_point(x[contact.antagonist]);
+  static double held_gap(const SurfaceContact<Dim>& contact, const Array<Nodal>& x) {
+    const Vector<Dim> apart = weighted_point(contact.own, x[contact.candidate]) -
+                              weighted_point(contact.other, x[contact.antagonist]);
     return contact.normal.dot(apart) + contact.slack;
   }
 
   /// The least of the gaps at x of the sample that contact c is the first of.
-  double least_gap(const Packing& packing, Index c, const Array<Nodal>& x) const {
+  double least_gap(Index c, const Array<Nodal>& x) const {
     double least = std::numeric_limits<double>::infinity();
     for (const Index end = end_of_sample(pairs.contact, c); c < end; ++c)
-      least = std::min(least, held_gap(packing, pairs.contact[c], x));
+      least = std::min(least, held_gap(pairs.contact[c], x));
     return least;
   }
 
   /// Frames at x of those samples between grains that are chosen, by their first contact; those at walls do
   /// not change.
   template <class Chosen>
-  void project(const Packing& packing, const Array<Nodal>& x, Threads threads, Chosen chosen) {
+  void project(const Array<Nodal>& x, Threads threads, Chosen chosen) {
     Array<Index> first;
     for (Index c = 0; c < pairs.size(); c = end_of_sample(pairs.contact, c)) first.push_back(c);
     constexpr Index chunk = 64;
@@ -116,15 +110,12 @@ class WatchedContacts {
     parallel_for(threads, chunks.size(), [&](Index k) {
       for (Index s = k * chunk; s < std::min(first.size(), (k + 1) * chunk); ++s) {
         const Index c = first[s], end = end_of_sample(pairs.contact, c);
-        const auto& other = surfaces_[pairs.contact[c].antagonist];
+        const auto& contact = pairs.contact[c];
         if (chosen(c)) {
-          const Vector<Dim> point = sample_point(packing, pairs.contact[c], x);
-          if (const auto p = other.project(point); p.on_surface) {
-            add_contacts(pairs.contact[c], other, p, point, chunks[k]);
-            continue;
-          }
-          // A sample that is not opposite the other grain any more keeps the planes it was held at.
-          for (Index i = c; i < end; ++i) pairs.contact[i].gap = held_gap(packing, pairs.contact[i], x);
+          const auto place = discretisation.place(surfaces_[contact.candidate], contact.sample);
+          if (discretisation.renew(place, surfaces_[contact.antagonist], contact, chunks[k])) continue;
+          // A point that is not opposite the other grain any more keeps the planes it was held at.
+          for (Index i = c; i < end; ++i) pairs.contact[i].gap = held_gap(pairs.contact[i], x);
         }
         chunks[k].insert(chunks[k].end(), pairs.contact.begin() + c, pairs.contact.begin() + end);
       }
@@ -135,17 +126,13 @@ class WatchedContacts {
   }
 
   template <class Reactions, int M>
-  static void scatter_set(const Packing& packing, const SurfaceContacts<Dim, M>& set,
-                          const Reactions& reaction, Array<Nodal>& nodal) {
+  static void scatter_set(const SurfaceContacts<Dim, M>& set, const Reactions& reaction,
+                          Array<Nodal>& nodal) {
     for (Index c = 0; c < set.size(); ++c) {
       if (reaction[c].isZero(0)) continue;
-      const auto& contact = set.contact[c];
-      const auto& sample = packing.model->boundary.samples[contact.sample];
       const Vector<Dim> force = set.force(c, reaction[c]);
-      for (Index i = 0; i < sample.n; ++i)
-        nodal[contact.candidate].col(sample.node[std::size_t(i)]) += sample.weight[i] * force;
-      for (Index i = 0; i < contact.n_nodes; ++i)
-        nodal[contact.antagonist].col(contact.node[std::size_t(i)]) -= contact.weight[i] * force;
+      set.contact[c].for_each_node(
+          [&](Index grain, Index node, double weight) { nodal[grain].col(node) += weight * force; });
     }
   }
 
