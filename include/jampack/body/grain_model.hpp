@@ -25,6 +25,7 @@ struct GrainModel {
 
   GrainModel(Mesh<Dim> reference, Material m) : mesh(std::move(reference)), material(m) {
     boundary = make_boundary(mesh);
+    boundary.linear_on_parts = linear_on_parts<Element>;
     const auto cells = Element::cells(mesh, 1.0, Matrix<Dim>::Identity());
     Array<Array<Index>> groups;
     for (const auto& cell : cells) groups.emplace_back(cell.node.begin(), cell.node.end());

@@ -26,11 +26,12 @@ struct DetectionRange {
 /// false
 ///   where it is not opposite the other surface.
 /// - find_at_wall(place, room, range, contact, found): contacts of the point with a wall.
+/// - renew_at_wall(place, room, contact): brings such a contact up to date.
 template <class D, int Dim>
 concept ContactDiscretisation = requires(const D d, const Boundary<Dim> boundary,
                                          const GrainSurface<Dim> surface, const Container<Dim> room,
                                          const DetectionRange range, const SurfaceContact<Dim> contact,
-                                         Array<SurfaceContact<Dim>> found) {
+                                         SurfaceContact<Dim> watched, Array<SurfaceContact<Dim>> found) {
   { d.n_points(boundary, SampleSet::all) } -> std::same_as<Index>;
   { d.place(surface, Index{}).point } -> std::convertible_to<Vector<Dim>>;
   { d.find(d.place(surface, Index{}), surface, true, range, contact, found) } -> std::same_as<void>;

@@ -84,6 +84,10 @@ struct SampledContact {
     found.push_back(contact);
   }
 
+  /// A point at a plane stays what it is.
+  template <int Dim>
+  void renew_at_wall(const Place<Dim>&, const Container<Dim>&, SurfaceContact<Dim>&) const {}
+
  private:
   template <int Dim>
   static double slack(const Place<Dim>& place, bool leads) {

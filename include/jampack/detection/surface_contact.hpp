@@ -39,7 +39,7 @@ struct SurfaceContact {
   NodeWeights own;                                         ///< the candidate's point
   NodeWeights other;                                       ///< that of the antagonist; none at a wall
   Vector<Dim> normal = Vector<Dim>::Zero();                ///< from antagonist to candidate
-  double slack = 0;  ///< how far the point may enter, >= 0: its boundary lies that far inside, length
+  double slack = 0;  ///< the boundary that is held lies so far inside of the points, length
   double gap = 0;    ///< of that boundary: signed distance plus slack
 
   bool is_wall() const { return antagonist < 0; }

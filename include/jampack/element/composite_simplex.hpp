@@ -23,6 +23,7 @@ struct CompositeSimplex
   using typename Base::Cell;
 
   static constexpr std::string_view name = "composite";
+  static constexpr bool linear_on_parts = true;
 
   /// One cell for each macro of the mesh; throws InvalidInput if the mesh has none.
   static Array<Cell> cells(const Mesh<Dim>& mesh, double diameter, const Matrix<Dim>& rotation) {

@@ -22,6 +22,16 @@ concept ElementCells = requires(const Mesh<Dim>& mesh, double diameter, const Ma
   E::add_volume_shares(cell, shares);
 };
 
+/// Whether displacements are linear on every part of a face (mesh/surface_parts.hpp), as an element says by a
+/// constant of this name: then so must be the pressures on it. Where it does not, they are the faces' own.
+template <class E>
+inline constexpr bool linear_on_parts = [] {
+  if constexpr (requires { E::linear_on_parts; })
+    return bool(E::linear_on_parts);
+  else
+    return false;
+}();
+
 template <class E, class M>
 concept ElementEnergy = requires(const typename E::Cell& cell, const M& material, typename E::Nodal& x,
                                  typename E::Tangent& tangent) {

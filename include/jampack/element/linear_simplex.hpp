@@ -15,6 +15,7 @@ struct LinearSimplex : AveragedDilatation<Dim, Dim + 1, 1, Dim + 1> {
   using typename Base::Cell;
 
   static constexpr std::string_view name = "linear";
+  static constexpr bool linear_on_parts = true;
 
   /// One cell for each linear cell of the mesh; reference positions are rotation * diameter * node.
   static Array<Cell> cells(const Mesh<Dim>& mesh, double diameter, const Matrix<Dim>& rotation) {

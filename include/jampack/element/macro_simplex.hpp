@@ -19,6 +19,7 @@ struct MacroSimplex : AveragedDilatation<Dim, Mesh<Dim>::n_macro_nodes, Mesh<Dim
   using typename Base::Cell;
 
   static constexpr std::string_view name = "macro";
+  static constexpr bool linear_on_parts = true;
 
   /// One cell for each macro of the mesh; throws InvalidInput if the mesh has none.
   static Array<Cell> cells(const Mesh<Dim>& mesh, double diameter, const Matrix<Dim>& rotation) {

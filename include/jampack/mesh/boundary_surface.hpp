@@ -5,6 +5,7 @@
 #include <jampack/core/error.hpp>
 #include <jampack/geometry/face_shape.hpp>
 #include <jampack/mesh/mesh.hpp>
+#include <jampack/mesh/surface_parts.hpp>
 #include <map>
 #include <utility>
 
@@ -36,6 +37,8 @@ struct Boundary {
   /// neighbour[f][k]: the face across the side on which the k-th of the coordinates (1 - sum xi, xi...)
   /// vanishes.
   Array<std::array<Index, Dim>> neighbour;
+  SurfaceParts<Dim> parts;
+  bool linear_on_parts = false;  ///< displacements, though the faces may be quadratic
   Array<Index> nodes;         ///< mesh indices of the boundary nodes
   Array<Index> face_of_node;  ///< one incident face of each mesh node, -1 inside
   /// Where non-penetration is enforced: nodes, then points inside faces, then finer ones between all of them.
@@ -184,6 +187,7 @@ Boundary<Dim> make_boundary(const Mesh<Dim>& mesh) {
     edges += side / edges_a_side;
   }
   detail::link_neighbours(boundary);
+  boundary.parts = surface_parts<Dim>(boundary.faces, boundary.nodes, mesh.nodes.size());
   detail::place_samples(boundary, sides / double(mesh.faces.size()));
   boundary.edge_length = edges / double(mesh.faces.size());
   boundary.node_area = area / double(boundary.nodes.size());

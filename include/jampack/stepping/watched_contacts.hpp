@@ -53,6 +53,10 @@ class WatchedContacts {
     const double near = 0.1 * reach;
     update_surfaces(packing, x, threads);
     project(x, threads, [&](Index c) { return least_gap(c, x) < near; });
+    for (auto& contact : walls.contact)
+      if (contact.gap < near)
+        discretisation.renew_at_wall(discretisation.place(surfaces_[contact.candidate], contact.sample),
+                                     packing.room, contact);
   }
 
   /// Of a contact in a step that ends at x: gap along the normal, slip across it (eq. 5).
