@@ -12,6 +12,7 @@
 #include <jampack/geometry/ball.hpp>
 #include <jampack/geometry/box.hpp>
 #include <jampack/geometry/container.hpp>
+#include <jampack/geometry/convex_piece.hpp>
 #include <jampack/geometry/face_shape.hpp>
 #include <jampack/geometry/frame.hpp>
 #include <jampack/geometry/half_space.hpp>
@@ -28,6 +29,7 @@
 #include <jampack/mesh/quality.hpp>
 #include <jampack/mesh/refinement.hpp>
 #include <jampack/mesh/sphere_points.hpp>
+#include <jampack/mesh/surface_parts.hpp>
 
 #include <jampack/element/averaged_dilatation.hpp>
 #include <jampack/element/brick.hpp>
@@ -66,10 +68,13 @@
 #include <jampack/detection/ball_warm_start.hpp>
 #include <jampack/detection/broad_phase.hpp>
 #include <jampack/detection/brute_force.hpp>
+#include <jampack/detection/contact_discretisation.hpp>
 #include <jampack/detection/grain_surface.hpp>
 #include <jampack/detection/r_tree.hpp>
+#include <jampack/detection/sampled_contact.hpp>
 #include <jampack/detection/surface_contact.hpp>
 #include <jampack/detection/surface_detection.hpp>
+#include <jampack/detection/weighted_contact.hpp>
 
 #include <jampack/law/contact_law.hpp>
 #include <jampack/law/friction_cone.hpp>
