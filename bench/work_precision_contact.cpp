@@ -2,9 +2,10 @@
 // Error of contact forces against CPU time: contact discretisation x element x cells, each with the mesh in
 // random orientations, through the library's own steps, nu = 0.495:
 // - plates: one sphere between two; the reference is the converged force of sphere_compression_reference.hpp;
-// - eight: spheres in a closing cube, which by symmetry is one sphere in a cube half as large (its centre
-//   planes are mirrors): the reference is that sphere, finely meshed, with walls only. Here grains touch
-//   grains.
+// - two: spheres in a box of one by one by two diameters that closes. By symmetry each is one sphere in a
+// cube
+//   (where they meet is a mirror, so that friction between them keeps them from turning and carries nothing):
+//   the reference is that sphere, finely meshed. Here a grain touches a grain, and that force is compared.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -35,14 +36,14 @@ namespace {
 /// Approaches at one contact over the diameter at which forces are compared; a cube is full soon after 0.085.
 using Approaches = std::array<double, 4>;
 constexpr Approaches between_plates{0.02, 0.05, 0.075, 0.10}, in_cube{0.02, 0.05, 0.075, 0.085};
-using Forces = std::array<double, 4>;  ///< mean force of a wall on a grain, at these
+using Forces = std::array<double, 4>;  ///< of one contact, at these
 
 constexpr NeoHookean rubber{.young = 1, .poisson = 0.495};
 constexpr double friction = 0.3;  ///< between grains; walls have none
 
 struct Options {
   Index orientations = 20, reference_cells = 6600;
-  std::string scenes = "plates,eight", contacts = "sampled,weighted", elements = "linear,macro,quadratic",
+  std::string scenes = "plates,two", contacts = "sampled,weighted", elements = "linear,macro,quadratic",
               cells = "400,816", out = ".";
 };
 
@@ -60,19 +61,19 @@ Container<3> plates() {
   return room;
 }
 
-/// Presses one sphere between plates (side 0), or side^3 spheres of unit diameter in a cube, in touching
-/// rows.
+enum class Scene { plates, cube, two };
+
+/// Presses spheres of unit diameter that touch; the mean force of a wall, or that between two spheres.
 template <class Element, class Discretisation>
-Forces press(const Mesh<3>& mesh, const Approaches& approaches, Index side, RandomSource& random) {
+Forces press(const Mesh<3>& mesh, Scene scene, RandomSource& random) {
   using Packing = SoftPacking<3, Element, NeoHookean>;
-  Packing packing(mesh, rubber, side == 0 ? plates() : container(centred_cube<3>(double(side))));
-  const Index n = std::max<Index>(side, 1);
-  const double first = 0.5 - 0.5 * double(n);
+  const Index n = scene == Scene::two ? 2 : 1;
+  const Vector<3> corner(0.5, 0.5, 0.5 * double(n));
+  Packing packing(mesh, rubber, scene == Scene::plates ? plates() : container(Box<3>{-corner, corner}));
   for (Index i = 0; i < n; ++i)
-    for (Index j = 0; j < n; ++j)
-      for (Index k = 0; k < n; ++k)
-        packing.add(1.0, Vector<3>(first + double(i), first + double(j), first + double(k)),
-                    rotation_matrix<3>(random.orientation<3>()));
+    packing.add(1.0, Vector<3>(0, 0, 0.5 - corner[2] + double(i)),
+                rotation_matrix<3>(random.orientation<3>()));
+  const Approaches& approaches = scene == Scene::plates ? between_plates : in_cube;
   SoftStep<Packing, SignoriniCoulomb, ProximalNewton, Discretisation> step(SignoriniCoulomb{friction}, {});
   Forces forces{};
   double reached = 0;
@@ -90,9 +91,14 @@ Forces press(const Mesh<3>& mesh, const Approaches& approaches, Index side, Rand
       length *= 0.5;
       if (length < 1e-5) throw NotConverged(to_text(next) + ": " + report.reason);
     }
-    double sum = 0;
-    for (const auto& r : step.contacts.walls.reaction) sum += r[0];
-    forces[a] = sum / double(packing.room.n_walls() * n * n);
+    Vector<3> between = Vector<3>::Zero();
+    for (Index c = 0; c < step.contacts.pairs.size(); ++c) {
+      const bool up = step.contacts.pairs.contact[c].candidate == 0;
+      between += (up ? 1.0 : -1.0) * step.contacts.pairs.force(c);
+    }
+    double on_walls = 0;
+    for (const auto& r : step.contacts.walls.reaction) on_walls += r[0];
+    forces[a] = n == 2 ? between.norm() : on_walls / double(packing.room.n_walls());
   }
   return forces;
 }
@@ -104,8 +110,8 @@ Forces cube_reference(const Options& options) {
   const double gain = std::pow(double(fine.cells.size()) / double(coarse.cells.size()), 2.0 / 3) - 1;
   const auto extrapolated = [&]<class Element>() {
     RandomSource random(3), same(3);
-    const Forces first = press<Element, WeightedContact>(coarse, in_cube, 1, random);
-    Forces forces = press<Element, WeightedContact>(fine, in_cube, 1, same);
+    const Forces first = press<Element, WeightedContact>(coarse, Scene::cube, random);
+    Forces forces = press<Element, WeightedContact>(fine, Scene::cube, same);
     std::cout << std::setw(11) << Element::name;
     for (std::size_t a = 0; a < in_cube.size(); ++a) {
       std::cout << "  " << first[a] << " " << forces[a];
@@ -133,15 +139,16 @@ template <class Element, class Discretisation>
 void measure(const Options& options, const std::string& scene, std::string_view contact, const Mesh<3>& mesh,
              const Forces& reference, CsvWriter& table) {
   if (!named(options.elements, Element::name) || !named(options.contacts, contact)) return;
-  const bool is_cube = scene == "eight";
-  const Approaches& approaches = is_cube ? in_cube : between_plates;
+  const bool with_two = scene == "two";
+  const Approaches& approaches = with_two ? in_cube : between_plates;
   RandomSource random(7);
   Forces mean{}, worst{};
   Index n_done = 0;
   const double start = jampack_bench::cpu_seconds();
   for (Index o = 0; o < options.orientations; ++o) {
     try {
-      const Forces forces = press<Element, Discretisation>(mesh, approaches, is_cube ? 2 : 0, random);
+      const Forces forces =
+          press<Element, Discretisation>(mesh, with_two ? Scene::two : Scene::plates, random);
       for (std::size_t a = 0; a < approaches.size(); ++a) {
         const double error = forces[a] / reference[a] - 1;
         mean[a] += error;
@@ -171,7 +178,7 @@ void measure(const Options& options, const std::string& scene, std::string_view 
 void work_precision(CommandLine& line) {
   Options options;
   line.option("orientations", options.orientations, at_least(1), "random orientations of the mesh");
-  line.option("scenes", options.scenes, "plates, eight");
+  line.option("scenes", options.scenes, "plates, two");
   line.option("contacts", options.contacts, "sampled, weighted");
   line.option("elements", options.elements, "linear, macro, quadratic");
   line.option("cells", options.cells, "wanted numbers of linear cells, separated by commas");
@@ -182,17 +189,17 @@ void work_precision(CommandLine& line) {
   CsvWriter table(std::filesystem::path(options.out) / "work_precision_contact.csv",
                   {"scene", "element", "contact", "cells", "nodes", "delta_over_d", "mean_error",
                    "worst_error", "n_orientations", "cpu_seconds", "compiler", "flags", "commit"});
-  for (const std::string scene : {"plates", "eight"}) {
+  for (const std::string scene : {"plates", "two"}) {
     if (!named(options.scenes, scene)) continue;
     Forces reference{};
-    if (scene == "eight") {
+    if (scene == "two") {
       reference = cube_reference(options);
     } else {
       for (std::size_t a = 0; a < between_plates.size(); ++a)
         reference[a] = *sphere_compression_force({1, 1, rubber.poisson}, between_plates[a]);
     }
     std::cout << "force error in %, mean (worst), at delta/d = 0.02, 0.05, 0.075, "
-              << (scene == "eight" ? "0.085" : "0.10") << "; CPU seconds\n";
+              << (scene == "two" ? "0.085" : "0.10") << "; CPU seconds\n";
     std::stringstream rest(options.cells);
     for (std::string word; std::getline(rest, word, ',');) {
       const auto wanted = to_number<Index>(word);

@@ -39,8 +39,8 @@ struct Boundary {
   Array<std::array<Index, Dim>> neighbour;
   SurfaceParts<Dim> parts;
   bool linear_on_parts = false;  ///< displacements, though the faces may be quadratic
-  Array<Index> nodes;         ///< mesh indices of the boundary nodes
-  Array<Index> face_of_node;  ///< one incident face of each mesh node, -1 inside
+  Array<Index> nodes;            ///< mesh indices of the boundary nodes
+  Array<Index> face_of_node;     ///< one incident face of each mesh node, -1 inside
   /// Where non-penetration is enforced: nodes, then points inside faces, then finer ones between all of them.
   Array<Sample> samples;
   Index n_coarse = 0;      ///< samples before the finer ones
