@@ -51,16 +51,6 @@ bool named(const std::string& list, std::string_view name) {
   return ("," + list + ",").find("," + std::string(name) + ",") != std::string::npos;
 }
 
-Container<3> plates() {
-  Container<3> room;
-  for (const double side : {1.0, -1.0}) {
-    room.normal.push_back(side * Vector<3>::UnitZ());
-    room.distance.push_back(0.5);
-  }
-  room.reference_volume = 1;
-  return room;
-}
-
 enum class Scene { plates, cube, two };
 
 /// Presses spheres of unit diameter that touch; the mean force of a wall, or that between two spheres.
@@ -69,7 +59,7 @@ Forces press(const Mesh<3>& mesh, Scene scene, RandomSource& random) {
   using Packing = SoftPacking<3, Element, NeoHookean>;
   const Index n = scene == Scene::two ? 2 : 1;
   const Vector<3> corner(0.5, 0.5, 0.5 * double(n));
-  Packing packing(mesh, rubber, scene == Scene::plates ? plates() : container(Box<3>{-corner, corner}));
+  Packing packing(mesh, rubber, scene == Scene::plates ? plates<3>(1.0) : container(Box<3>{-corner, corner}));
   for (Index i = 0; i < n; ++i)
     packing.add(1.0, Vector<3>(0, 0, 0.5 - corner[2] + double(i)),
                 rotation_matrix<3>(random.orientation<3>()));

@@ -33,19 +33,6 @@ struct Parameters {
   double poisson = 0.495, strain = 0.1;
 };
 
-/// Two opposite walls at unit distance, as a container: its scale is the width of the gap. The volume is
-/// that of a slab of unit area and means nothing here.
-template <int Dim>
-Container<Dim> plates() {
-  Container<Dim> room;
-  for (const double side : {1.0, -1.0}) {
-    room.normal.push_back(side * Vector<Dim>::Unit(Dim - 1));
-    room.distance.push_back(0.5);
-  }
-  room.reference_volume = 1;
-  return room;
-}
-
 /// Force of Hertz's law at approach delta of one contact of a grain of unit diameter and modulus; NaN where
 /// it ends.
 template <int Dim>
@@ -62,7 +49,7 @@ template <int Dim, class Element>
 int check(const Parameters& p, const Mesh<Dim>& mesh, Json& summary) {
   using Packing = SoftPacking<Dim, Element, NeoHookean>;
   const Stopwatch clock;
-  Packing packing(mesh, NeoHookean{.young = 1, .poisson = p.poisson}, plates<Dim>());
+  Packing packing(mesh, NeoHookean{.young = 1, .poisson = p.poisson}, plates<Dim>(1.0));
   packing.add(1.0, Vector<Dim>::Zero());
   SoftStepOptions options;
   options.threads.count = static_cast<int>(p.threads);

@@ -22,9 +22,8 @@ struct DetectionRange {
 /// - find(place, other, leads, range, contact, found): adds to `found` the contacts of the point with another
 ///   grain that are in range. `contact` knows candidate, sample and antagonist; of two grains the candidate
 ///   leads, or the other one does.
-/// - renew(place, other, contact, found): the same for a point whose contact is watched, in range or not;
-/// false
-///   where it is not opposite the other surface.
+/// - renew(place, other, contact, found): the same for a point whose contact is watched, in range or not.
+///   False, with nothing added, where it is not opposite the other surface.
 /// - find_at_wall(place, room, range, contact, found): contacts of the point with a wall.
 /// - renew_at_wall(place, room, contact): brings such a contact up to date.
 template <class D, int Dim>
@@ -37,6 +36,7 @@ concept ContactDiscretisation = requires(const D d, const Boundary<Dim> boundary
   { d.find(d.place(surface, Index{}), surface, true, range, contact, found) } -> std::same_as<void>;
   { d.renew(d.place(surface, Index{}), surface, contact, found) } -> std::same_as<bool>;
   { d.find_at_wall(d.place(surface, Index{}), room, range, contact, found) } -> std::same_as<void>;
+  { d.renew_at_wall(d.place(surface, Index{}), room, watched) } -> std::same_as<void>;
 };
 
 }  // namespace jampack

@@ -36,9 +36,8 @@ struct WeightedContact {
     if (!leads) return;
     const double edge = other.boundary().edge_length * other.diameter();
     if (std::sqrt(other.nearest_node(place.point).second) > range.reach + range.depth + 2 * edge) return;
-    const Index n = found.size();
     if (!renew(place, other, contact, found)) return;
-    if (found.back().gap > range.reach || found.back().gap < -range.depth) found.resize(n);
+    if (found.back().gap > range.reach || found.back().gap < -range.depth) found.pop_back();
   }
 
   template <int Dim>

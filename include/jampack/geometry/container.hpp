@@ -38,6 +38,19 @@ Container<Dim> container(const Box<Dim>& box) {
   return room;
 }
 
+/// Two plates that face each other along the last axis, and nothing beside them: its volume stands for none.
+template <int Dim>
+Container<Dim> plates(double apart) {
+  require(apart > 0, "plates: the distance between them must be positive");
+  Container<Dim> room;
+  for (const double side : {1.0, -1.0}) {
+    room.normal.push_back(side * Vector<Dim>::Unit(Dim - 1));
+    room.distance.push_back(0.5 * apart);
+  }
+  room.reference_volume = 1;
+  return room;
+}
+
 /// A regular polygon with n_sides >= 3 walls whose inscribed circle has the given diameter.
 inline Container<2> regular_polygon(Index n_sides, double inscribed_diameter) {
   require(n_sides >= 3 && inscribed_diameter > 0, "polygon: needs at least 3 sides and a positive diameter");

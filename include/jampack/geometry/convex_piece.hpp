@@ -14,7 +14,8 @@ namespace jampack {
 template <int Dim>
 struct ConvexPiece {
   using Point = Eigen::Matrix<double, Dim - 1, 1>;
-  static constexpr std::size_t capacity = Dim == 2 ? 2 : 8;
+  /// Four corners of a dual cell and three cuts; as many again for corners that round-off makes of one.
+  static constexpr std::size_t capacity = Dim == 2 ? 2 : 14;
   std::array<Point, capacity> corner;
   std::size_t n = 0;
 
