@@ -94,6 +94,7 @@
 #include <jampack/solver/admm.hpp>
 #include <jampack/solver/alart_curnier.hpp>
 #include <jampack/solver/anderson.hpp>
+#include <jampack/solver/ball_newton_matrix.hpp>
 #include <jampack/solver/block_sparse_lu.hpp>
 #include <jampack/solver/colouring.hpp>
 #include <jampack/solver/contact_groups.hpp>

@@ -37,6 +37,15 @@ Eigen::Matrix<double, N, N> full_block(const IsotropicBlock& block) {
   return full;
 }
 
+/// A Delassus block with `shift` added on its diagonal.
+template <int N>
+Eigen::Matrix<double, N, N> shifted(const Eigen::Matrix<double, N, N>& block, double shift) {
+  return block + shift * Eigen::Matrix<double, N, N>::Identity();
+}
+inline IsotropicBlock shifted(const IsotropicBlock& block, double shift) {
+  return {block.normal + shift, block.tangential + shift};
+}
+
 /// The Delassus operator W of u = W r + q: N = n_unknowns rows a contact; vectors hold N values a contact.
 ///   diagonal_block(c)         W_cc,
 ///   apply(r, u)               u = W r,

@@ -54,6 +54,16 @@ class BlockSparseLU {
 
   Index n_blocks() const { return u_column_.size(); }  ///< of U off the diagonal, as many as of L
 
+  /// Floating-point operations of a factorisation.
+  double work() const {
+    double sum = 0;
+    for (Index k = 0; k < n_; ++k) {
+      const double row = static_cast<double>(u_start_[k + 1] - u_start_[k]);
+      sum += 2.0 * N * N * N * (row + row * row);
+    }
+    return sum;
+  }
+
   /// Factorises the matrix whose row i is given by row(i, add), which calls add(column, block) for each of
   /// its blocks; blocks given twice are added. False if a pivot block is singular.
   template <class Row>

@@ -24,9 +24,17 @@ struct DefaultSolver {
     Index n_sweeps = 0;
     if (iterate.converged() || problem.n_contacts() == 0) return iterate.report(0);
     const bool can_factorise = problem.n_contacts() <= max_newton_contacts;
-    const Index price = newton_cost(problem);
-    sweep_while_promising(problem, r, iterate, can_factorise ? std::max(patience, price) : stop.max_sweeps,
-                          n_sweeps, price / 2);
+    const auto no_price = [] { return Index{0}; };
+    Index known_price = -1;
+    const auto newton_price = [&] {  // asked for when patience is at an end
+      using Matrix = NewtonMatrix<typename Problem::DelassusType>;
+      if (known_price < 0) known_price = Matrix::factorisation_in_sweeps(problem.delassus) * 15;
+      return known_price;
+    };
+    if (can_factorise)
+      sweep_while_promising(problem, r, iterate, patience, n_sweeps, newton_price);
+    else
+      sweep_while_promising(problem, r, iterate, stop.max_sweeps, n_sweeps, no_price);
     double regularisation = ProximalNewton{}.regularisation;
     for (int round = 0; round < 6 && can_factorise && going_on(iterate, n_sweeps); ++round) {
       ProximalNewton newton{
@@ -38,10 +46,11 @@ struct DefaultSolver {
       iterate.judge(r);
       if (iterate.converged()) break;
       // Another start, from longer sweeps and with more or less regularisation.
-      sweep_while_promising(problem, r, iterate, Index{100} << round, n_sweeps);
+      sweep_while_promising(problem, r, iterate, Index{100} << round, n_sweeps, no_price);
       regularisation = round % 2 == 0 ? 1e-1 : 1e-5;
     }
-    if (going_on(iterate, n_sweeps)) sweep_while_promising(problem, r, iterate, stop.max_sweeps, n_sweeps);
+    if (going_on(iterate, n_sweeps))
+      sweep_while_promising(problem, r, iterate, stop.max_sweeps, n_sweeps, no_price);
     r = iterate.best();
     return iterate.report(n_sweeps);
   }
@@ -52,26 +61,12 @@ struct DefaultSolver {
     return !iterate.converged() && n_sweeps < stop.max_sweeps && !iterate.out_of_time();
   }
 
-  // What Newton's method costs, in sweeps: some fifteen factorisations. One of a full matrix of n rows takes
-  // n/3 sweeps; of a sparse one with as many entries a row, little more. Between deformable grains, where
-  // GMRES stands in for factors wherever it is cheaper, it is less than `patience`.
-  template <class Problem>
-  static Index newton_cost(const Problem& problem) {
-    if constexpr (requires { problem.delassus.n_grains(); }) {
-      return 0;
-    } else if constexpr (requires { problem.delassus.n_stored(); }) {
-      const Index n_rows = Problem::n_unknowns * problem.n_contacts();
-      return 15 * (problem.delassus.n_stored() / n_rows) / 3;
-    } else {
-      return 0;
-    }
-  }
-
-  // Gauss–Seidel from the best iterate until the residual's rate promises to want more than `limit` sweeps;
-  // with a small part of the way left, where rates mislead, at least `near` of them.
-  template <class Problem>
+  // Gauss–Seidel from the best iterate until the residual's rate promises to want more sweeps than `limit`
+  // and than what comes instead costs, price(); with a small part of the way left, where rates mislead, at
+  // least half the price is spent.
+  template <class Problem, class Price>
   void sweep_while_promising(const Problem& problem, Eigen::VectorXd& r, BestIterate<Problem>& iterate,
-                             Index limit, Index& n_sweeps, Index near = 0) const {
+                             Index limit, Index& n_sweeps, const Price& price) const {
     r = iterate.best();
     GaussSeidelSweeps<Problem> sweeps(problem, r);
     double last = iterate.value();
@@ -93,8 +88,9 @@ struct DefaultSolver {
       sweeps.restart(r);
       const double rate = std::log(last / now) / static_cast<double>(made);
       const double wanted = std::log(now / stop.tolerance);
-      if (!early && done >= (now <= 10 * stop.tolerance ? std::max<Index>(20, near) : 20) &&
-          static_cast<double>(done) + wanted / std::max(rate, 1e-30) > static_cast<double>(limit))
+      const double promised = static_cast<double>(done) + wanted / std::max(rate, 1e-30);
+      if (!early && done >= 20 && promised > static_cast<double>(limit) &&
+          promised > static_cast<double>(price()) && (now > 10 * stop.tolerance || 2 * done >= price()))
         return;
       last = now;
       // The next test when it is due by the rate, between 5 and 20 % of the sweeps done.

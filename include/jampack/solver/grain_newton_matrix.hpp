@@ -16,6 +16,9 @@ class NewtonMatrix<GrainComplianceDelassus<N>> {
   using Block = Eigen::Matrix<double, N, N>;
   static const Stored& stored(const Stored& w) { return w; }
 
+  /// GMRES stands in for factors wherever it is cheaper: less than any patience with sweeps.
+  static Index factorisation_in_sweeps(const Stored&) { return 0; }
+
   double tolerance = 1e-3;  ///< |b - M x| / |b| that GMRES has to reach: a step that needs no more
 
   /// `w` must outlive the matrix.

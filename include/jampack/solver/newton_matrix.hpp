@@ -19,6 +19,15 @@ class NewtonMatrix {
   using Stored = BlockSparseDelassus<N>;
   static decltype(auto) stored(const Delassus& w) { return as_block_sparse(w); }
 
+  /// Sweeps that take as long as one factorisation: of a full matrix of n rows n/3, of a sparse one with as
+  /// many entries a row little more. 0 where that is not known without the matrix.
+  static Index factorisation_in_sweeps(const Delassus& w) {
+    if constexpr (requires { w.n_stored(); })
+      return w.n_stored() / (N * w.n_contacts()) / 3;
+    else
+      return 0;
+  }
+
   /// `w` must outlive the matrix.
   explicit NewtonMatrix(const Stored& w, Threads = {}) : w_(w) { lu_.analyse(symmetric_pattern(w)); }
 

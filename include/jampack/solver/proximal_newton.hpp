@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <jampack/solver/ball_newton_matrix.hpp>
 #include <jampack/solver/contact_solver.hpp>
 #include <jampack/solver/grain_newton_matrix.hpp>
 #include <jampack/solver/regularised_problem.hpp>

@@ -9,6 +9,7 @@
 #include <jampack/solver/newton_matrix.hpp>
 #include <memory>
 #include <type_traits>
+#include <utility>
 
 namespace jampack {
 
@@ -21,6 +22,7 @@ class RegularisedProblem {
   static constexpr int N = Stored::n_unknowns;
   using Block = Eigen::Matrix<double, N, N>;
   using Vec = ContactVector<N>;
+  using DiagonalBlock = std::remove_cvref_t<decltype(std::declval<const Stored&>().diagonal_block(Index{}))>;
 
  public:
   RegularisedProblem(const Stored& w, const Eigen::VectorXd& q, const Array<LocalLaw>& law,
@@ -50,7 +52,7 @@ class RegularisedProblem {
     for (Index c = 0; c < n_; ++c) {
       shift_[c] = alpha / rho_[c];
       step_[c] = rho_[c] / (1 + alpha);
-      local_[c] = LocalSolver<N>(w_.diagonal_block(c) + shift_[c] * Block::Identity());
+      local_[c] = LocalSolver<N, DiagonalBlock>(shifted(w_.diagonal_block(c), shift_[c]));
     }
   }
 
@@ -143,7 +145,7 @@ class RegularisedProblem {
   double alpha_ = -1;
   Array<double> shift_, step_;
   Eigen::VectorXd centre_;
-  Array<LocalSolver<N>> local_;
+  Array<LocalSolver<N, DiagonalBlock>> local_;
   typename Stored::Motion motion_;
   Colouring colouring_;
   Array<int> n_rows_;  ///< of each contact in the linear system
