@@ -85,23 +85,30 @@ double read_cost(double bytes) {
   return least;
 }
 
-// Seconds a floating-point operation, multiply-adds in registers.
-double flop_cost() {
-  using Lanes [[gnu::vector_size(64)]] = double;
+// Seconds a floating-point operation: chains of multiply-adds, as many as are in flight at once. Wide vectors
+// or narrow ones, whichever the compiler makes faster code of.
+template <class Lanes>
+double flop_cost_in() {
+  constexpr int n_lanes = sizeof(Lanes) / sizeof(double);
   double least = 1e300;
   volatile double sink = 0;
   for (int k = 0; k < 5; ++k) {
-    Lanes x[12], factor, term;
-    for (int i = 0; i < 8; ++i) factor[i] = 0.999 + 1e-4 * sink, term[i] = 1e-3;
-    for (auto& y : x) y = term;
+    Lanes a, b, c, d, e, f, g, h, factor, term;
+    for (int i = 0; i < n_lanes; ++i) factor[i] = 0.999 + 1e-4 * sink, term[i] = 1e-3;
+    a = b = c = d = e = f = g = h = term;
     constexpr Index times = 2000000;
     const double start = jampack_bench::cpu_seconds();
-    for (Index i = 0; i < times; ++i)
-      for (auto& y : x) y = y * factor + term;
-    least = std::min(least, (jampack_bench::cpu_seconds() - start) / (12 * 16.0 * times));
-    for (const auto& y : x) sink = sink + y[0];
+    for (Index i = 0; i < times; ++i) {
+      a = a * factor + term, b = b * factor + term, c = c * factor + term, d = d * factor + term;
+      e = e * factor + term, f = f * factor + term, g = g * factor + term, h = h * factor + term;
+    }
+    least = std::min(least, (jampack_bench::cpu_seconds() - start) / (8 * 2.0 * n_lanes * times));
+    sink = sink + ((a + b) + (c + d) + ((e + f) + (g + h)))[0];
   }
   return least;
+}
+double flop_cost() {
+  return std::min(flop_cost_in<FourLanes>(), flop_cost_in<EightLanes>());
 }
 
 // Seconds of one local solution whose velocity waits for the one before.
@@ -121,9 +128,13 @@ double local_latency(const Problem& problem, const Eigen::VectorXd& r) {
     constexpr int times = 500;
     for (int i = 0; i < times; ++i)
       for (Index c = 0; c < n; ++c) {
-        ContactVector<N> v = u.template segment<N>(N * c);
+        ContactVector<N> v, old;
+        for (int axis = 0; axis < N; ++axis) {
+          v[axis] = u[N * c + axis];
+          old[axis] = r[N * c + axis];
+        }
         v[0] += 1e-300 * carried;
-        carried = local[c].solve(problem.law[c], v, ContactVector<N>(r.template segment<N>(N * c))).sum();
+        carried = local[c].solve(problem.law[c], v, old)[N - 1];
       }
     least = std::min(least, (jampack_bench::cpu_seconds() - start) / (times * static_cast<double>(n)));
   }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <jampack/core/error.hpp>
 #include <jampack/problem/delassus.hpp>
 #include <jampack/problem/rows_times.hpp>
@@ -22,8 +23,9 @@ struct DelassusBlock {
 
 /// W stored row by row as its non-zero N x N blocks; need not be symmetric.
 ///
-/// Neighbouring columns are kept as one run, and a run is stored as N contiguous scalar rows, so that a row
-/// of W is read as a few long dot products whatever N is.
+/// Blocks in many neighbouring columns are kept as one run, N contiguous scalar rows, which are read as long
+/// dot products; the others one by one, those nearest to the diagonal last, since in a sweep they wait for
+/// the updates just made.
 template <int N>
 class BlockSparseDelassus {
  public:
@@ -56,13 +58,13 @@ class BlockSparseDelassus {
       for (const Index k : sorted) in_order.push_back(blocks[k]);
       return in_order;
     }();
-    row_start_.reserve(n_contacts + 1);
     Index k = 0;
     for (Index row = 0; row < n_contacts; ++row) {
-      row_start_.push_back(runs_.size());
-      while (k < blocks.size() && blocks[k].row == row) k = add_run(blocks, k);
+      rows_.push_back({columns_.size(), 0, runs_.size()});
+      while (k < blocks.size() && blocks[k].row == row) k = add_neighbours(blocks, k);
+      sort_by_distance(row);
     }
-    row_start_.push_back(runs_.size());
+    rows_.push_back({columns_.size(), 0, runs_.size()});
   }
 
   Index n_contacts() const { return diagonal_.size(); }
@@ -75,80 +77,121 @@ class BlockSparseDelassus {
   }
 
   Motion motion(const Eigen::VectorXd&) const { return {}; }
-  ContactVector<N> velocity(const Motion&, const Eigen::VectorXd& r, Index c) const {
+  [[gnu::always_inline]] ContactVector<N> velocity(const Motion&, const Eigen::VectorXd& r, Index c) const {
     return row_times(c, r.data());
   }
   void change(Motion&, Index, const ContactVector<N>&) const {}
 
   template <class Visit>
   void for_each_coupled_contact(Index c, Visit visit) const {
-    for (Index k = row_start_[c]; k < row_start_[c + 1]; ++k)
-      for (Index d = 0; d < runs_[k].length / N; ++d) visit(runs_[k].first / N + d);
+    for_each_place(c, [&](Index d, const double*, Index) { visit(d); });
   }
 
   /// Visits the stored blocks of row c as visit(column contact, block).
   template <class Visit>
   void for_each_block(Index c, Visit visit) const {
-    for (Index k = row_start_[c]; k < row_start_[c + 1]; ++k) {
-      const Run& run = runs_[k];
-      for (Index d = 0; d < run.length / N; ++d) {
-        Block block;
-        for (int i = 0; i < N; ++i)
-          for (int j = 0; j < N; ++j) block(i, j) = values_[run.start + place(run.length, i, d * N + j)];
-        visit(run.first / N + d, block);
-      }
-    }
+    for_each_place(c, [&](Index d, const double* value, Index row_stride) {
+      Block block;
+      for (int i = 0; i < N; ++i)
+        for (int j = 0; j < N; ++j)
+          block(i, j) = value[row_stride > 0 ? i * row_stride + j : BlockRow<N>::place(i, j)];
+      visit(d, block);
+    });
   }
 
  private:
-  static constexpr Index long_run = N == 1 ? 0 : 32;  // scalar columns; measured, docs/results/solvers.md
+  static constexpr Index long_run = 32;  // scalar columns; measured, docs/results/solvers.md
   struct Run {
     Index start;          // of its values
     std::int32_t first;   // scalar column
     std::int32_t length;  // scalar columns
   };
+  struct Row {
+    Index first_block, padding;  // so many blocks are zeros, in front
+    Index first_run;
+  };
 
-  // Appends the run of neighbouring columns that begins at block k; returns the block after it.
-  Index add_run(const Array<DelassusBlock<N>>& blocks, Index k) {
+  // Appends the blocks in neighbouring columns that begin at block k; returns the block after them.
+  Index add_neighbours(const Array<DelassusBlock<N>>& blocks, Index k) {
     const Index row = blocks[k].row, begin = k;
-    Index last = blocks[k].column;
-    for (++k; k < blocks.size() && blocks[k].row == row && blocks[k].column <= last + 1; ++k)
-      last = blocks[k].column;
-    const Index first = blocks[begin].column, length = N * (last - first + 1), start = values_.size();
-    values_.resize(start + (length < long_run ? column_height<N> : N) * length, 0.0);
+    for (++k; k < blocks.size() && blocks[k].row == row && blocks[k].column <= blocks[k - 1].column + 1;) ++k;
+    const Index first = blocks[begin].column, n = blocks[k - 1].column - first + 1, length = N * n;
+    const bool as_run = length >= long_run;
+    const Index start = as_run ? run_values_.size() : block_values_.size();
+    if (as_run) {
+      run_values_.resize(start + N * length, 0.0);
+      runs_.push_back({start, static_cast<std::int32_t>(N * first), static_cast<std::int32_t>(length)});
+    } else {
+      block_values_.resize(start + BlockRow<N>::stride * n, 0.0);
+      for (Index d = 0; d < n; ++d) columns_.push_back(static_cast<std::int32_t>(N * (first + d)));
+    }
     for (Index b = begin; b < k; ++b) {
-      const Index column = N * (blocks[b].column - first);
+      const Index d = blocks[b].column - first;
       for (int i = 0; i < N; ++i)
-        for (int j = 0; j < N; ++j) values_[start + place(length, i, column + j)] += blocks[b].value(i, j);
+        for (int j = 0; j < N; ++j)
+          (as_run ? run_values_[start + i * length + N * d + j]
+                  : block_values_[start + BlockRow<N>::stride * d + BlockRow<N>::place(i, j)]) +=
+              blocks[b].value(i, j);
       if (blocks[b].column == row) diagonal_[row] += blocks[b].value;
     }
     n_stored_ += N * length;
-    runs_.push_back({start, static_cast<std::int32_t>(N * first), static_cast<std::int32_t>(length)});
     return k;
   }
 
-  ContactVector<N> row_times(Index c, const double* r) const {
-    ContactVector<N> u = ContactVector<N>::Zero();
-    ColumnSums<N> short_runs;
-    for (Index k = row_start_[c]; k < row_start_[c + 1]; ++k) {
-      const Run& run = runs_[k];
-      if (run.length < long_run)
-        short_runs.add(values_.data() + run.start, run.length, r + run.first);
-      else
-        add_rows_times<N>(values_.data() + run.start, run.length, r + run.first, u);
+  // The row's blocks that lie one by one, the farthest from the diagonal first, behind zeros that make them
+  // as many as BlockRow takes.
+  void sort_by_distance(Index row) {
+    constexpr Index stride = BlockRow<N>::stride, at_once = BlockRow<N>::at_once;
+    const Index first = rows_[row].first_block, n = columns_.size() - first;
+    Array<Index> order(n);
+    std::iota(order.begin(), order.end(), Index{0});
+    const auto distance = [&](Index k) { return std::abs(columns_[first + k] - N * row); };
+    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return distance(a) > distance(b); });
+    const Array<std::int32_t> columns(columns_.begin() + first, columns_.end());
+    const Array<double> values(block_values_.begin() + stride * first, block_values_.end());
+    const Index padding = (at_once - n % at_once) % at_once;
+    rows_[row].padding = padding;
+    columns_.resize(first);
+    columns_.resize(first + padding + n, static_cast<std::int32_t>(N * row));
+    block_values_.resize(stride * first);
+    block_values_.resize(stride * (first + padding + n), 0.0);
+    for (Index k = 0; k < n; ++k) {
+      const Index place = first + padding + k;
+      columns_[place] = columns[order[k]];
+      std::copy_n(values.data() + stride * order[k], stride, block_values_.data() + stride * place);
     }
-    short_runs.add_to(u);
-    return u;
   }
 
-  // Place of a block's value in its run; short runs lie column by column, long ones row by row.
-  static Index place(Index length, Index i, Index j) {
-    return length < long_run ? j * column_height<N> + i : i * length + j;
+  // Visits the blocks of row c as visit(column contact, first value, scalars from row to row: 0 in a block
+  // that lies by itself).
+  template <class Visit>
+  void for_each_place(Index c, Visit visit) const {
+    for (Index k = rows_[c].first_block + rows_[c].padding; k < rows_[c + 1].first_block; ++k)
+      visit(columns_[k] / N, block_values_.data() + BlockRow<N>::stride * k, Index{0});
+    for (Index k = rows_[c].first_run; k < rows_[c + 1].first_run; ++k) {
+      const Run& run = runs_[k];
+      for (Index j = 0; j < run.length; j += N)
+        visit((run.first + j) / N, run_values_.data() + run.start + j, Index{run.length});
+    }
   }
 
-  Array<Index> row_start_;
+  [[gnu::always_inline]] ContactVector<N> row_times(Index c, const double* r) const {
+    const Row &row = rows_[c], &next = rows_[c + 1];
+    const ContactVector<N> u =
+        BlockRow<N>::times(block_values_.data() + BlockRow<N>::stride * row.first_block,
+                           columns_.data() + row.first_block, next.first_block - row.first_block, r);
+    if (row.first_run == next.first_run) return u;
+    RowSums<N> runs;
+    for (Index k = row.first_run; k < next.first_run; ++k)
+      runs.add(run_values_.data() + runs_[k].start, runs_[k].length, runs_[k].length, r + runs_[k].first);
+    return u + runs.sums();
+  }
+
+  Array<Row> rows_;
+  Array<std::int32_t> columns_;  // scalar column of each block that lies by itself
+  Array<double> block_values_;
   Array<Run> runs_;
-  Array<double> values_;
+  Array<double> run_values_;
   Array<Block> diagonal_;
   Index n_stored_ = 0;
 };

@@ -40,29 +40,31 @@ class GrainComplianceDelassus {
       require(grain.sign.size() == size && grain.compliance.rows() == width &&
                   grain.compliance.cols() == width && grain.compliance.allFinite(),
               "grain compliance " + std::to_string(g) + ": sizes do not fit or a value is not finite");
-      const Index start = values_.size();
-      values_.resize(start + width * width);
+      const Index start = values_.size(),
+                  stride = (width + RowSums<N>::lanes - 1) / RowSums<N>::lanes * RowSums<N>::lanes;
+      values_.resize(start + width * stride, 0.0);
+      n_stored_ += width * width;
       for (Index i = 0; i < width; ++i)
         for (Index j = 0; j < width; ++j)
-          values_[start + i * width + j] = grain.sign[i / N] * grain.sign[j / N] * grain.compliance(i, j);
+          values_[start + i * stride + j] = grain.sign[i / N] * grain.sign[j / N] * grain.compliance(i, j);
       for (Index i = 0; i < size; ++i) {
         const Index c = grain.contact[i];
         require(
             c >= 0 && c < n_contacts && places_[c].count < 2,
             "grain compliance " + std::to_string(g) + ": contact out of range or on more than two grains");
         Place& place = places_[c];
-        place.part[place.count++] = {start + N * i * width, n_gathered_, width, n_gathered_ + N * i, g};
+        place.part[place.count++] = {start + N * i * stride, n_gathered_, stride, n_gathered_ + N * i, g};
         diagonal_[c] += grain.sign[i] * grain.sign[i] * grain.compliance.template block<N, N>(N * i, N * i);
       }
-      n_gathered_ += width;
-      members_.push_back({start, std::move(grain.contact)});
+      n_gathered_ += stride;
+      members_.push_back({start, stride, std::move(grain.contact)});
     }
     for (Index c = 0; c < n_contacts; ++c)
       require(places_[c].count > 0, "grain compliances: contact " + std::to_string(c) + " is on no grain");
   }
 
   Index n_contacts() const { return places_.size(); }
-  Index n_stored() const { return values_.size(); }  ///< stored scalars
+  Index n_stored() const { return n_stored_; }  ///< stored scalars
   Index n_grains() const { return members_.size(); }
   const Block& diagonal_block(Index c) const { return diagonal_[c]; }
 
@@ -76,7 +78,7 @@ class GrainComplianceDelassus {
         const Part& column = places_[d].part[l];
         if (row.grain == column.grain)
           sum += Eigen::Map<const Rows, 0, Eigen::OuterStride<>>(
-              values_.data() + row.row + column.own - column.gathered, Eigen::OuterStride<>(row.width));
+              values_.data() + row.row + column.own - column.gathered, Eigen::OuterStride<>(row.stride));
       }
     return sum;
   }
@@ -84,10 +86,9 @@ class GrainComplianceDelassus {
   /// All blocks of W, grain by grain: that of two contacts between the same two grains comes in two parts.
   Array<DelassusBlock<N>> blocks() const {
     Array<DelassusBlock<N>> all;
-    for (const auto& [start, contact] : members_) {
-      const Index width = N * contact.size();
-      using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-      const Eigen::Map<const Rows> c(values_.data() + start, width, width);
+    for (Index g = 0; g < n_grains(); ++g) {
+      const auto c = compliance(g).transpose();
+      const Array<Index>& contact = members_[g].contact;
       for (Index i = 0; i < contact.size(); ++i)
         for (Index j = 0; j < contact.size(); ++j)
           all.push_back({contact[i], contact[j], c.template block<N, N>(N * i, N * j)});
@@ -102,13 +103,13 @@ class GrainComplianceDelassus {
   }
 
   ContactVector<N> velocity(const Motion& motion, const Eigen::VectorXd&, Index c) const {
-    ContactVector<N> u = ContactVector<N>::Zero();
+    RowSums<N> sums;
     const Place& place = places_[c];
     for (int k = 0; k < place.count; ++k) {
       const Part& part = place.part[k];
-      add_rows_times<N>(values_.data() + part.row, part.width, motion.gathered.data() + part.gathered, u);
+      sums.add(values_.data() + part.row, part.stride, part.stride, motion.gathered.data() + part.gathered);
     }
-    return u;
+    return sums.sums();
   }
 
   void change(Motion& motion, Index c, const ContactVector<N>& dr) const {
@@ -131,10 +132,11 @@ class GrainComplianceDelassus {
     }
   }
 
-  /// C of a grain, the signs of its contacts taken in.
-  Eigen::Map<const Eigen::MatrixXd> compliance(Index grain) const {
-    const Index width = N * members_[grain].contact.size();
-    return {values_.data() + members_[grain].start, width, width};  // by rows or by columns: it is symmetric
+  /// C of a grain, the signs of its contacts taken in; its columns are the rows stored (it is symmetric).
+  Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> compliance(Index grain) const {
+    const Members& members = members_[grain];
+    const Index width = N * members.contact.size();
+    return {values_.data() + members.start, width, width, Eigen::OuterStride<>(members.stride)};
   }
 
   /// From now on apply() uses `product`: the same by a cheaper way than through the stored C.
@@ -153,7 +155,7 @@ class GrainComplianceDelassus {
   struct Part {
     Index row;       // first value of the contact's N rows
     Index gathered;  // the grain's gathered reactions
-    Index width;     // length of a row
+    Index stride;    // from row to row: their length, padded with zeros
     Index own;       // the contact's own place among all gathered reactions
     Index grain;
   };
@@ -162,14 +164,15 @@ class GrainComplianceDelassus {
     Part part[2];
   };
   struct Members {
-    Index start;  // of the grain's C among all values
+    Index start;   // of the grain's C among all values
+    Index stride;  // from row to row
     Array<Index> contact;
   };
   Array<Place> places_;
   Array<Members> members_;
   Array<double> values_;
   Array<Block> diagonal_;
-  Index n_gathered_ = 0;
+  Index n_gathered_ = 0, n_stored_ = 0;
   std::function<void(const Eigen::VectorXd&, Eigen::VectorXd&)> product_;
 };
 

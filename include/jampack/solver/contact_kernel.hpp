@@ -43,17 +43,24 @@ class ContactKernel {
   }
 
  private:
-  double update(Index c, Eigen::VectorXd& r, double relaxation) {
-    const ContactVector<N> old = r.template segment<N>(N * c);
-    const ContactVector<N> u =
-        problem_.delassus.velocity(motion_, r, c) + problem_.free_velocity.template segment<N>(N * c);
+  [[gnu::always_inline]] double update(Index c, Eigen::VectorXd& r, double relaxation) {
+    ContactVector<N> old, u = problem_.delassus.velocity(motion_, r, c);
+    for (int i = 0; i < N; ++i) {
+      old[i] = r[N * c + i];
+      u[i] += problem_.free_velocity[N * c + i];
+    }
     ContactVector<N> next = local_[c].solve(problem_.law[c], u, old);
     if (relaxation != 1)
       next = project_on_friction_cone<N>(old + relaxation * (next - old), problem_.law[c].friction);
-    const ContactVector<N> dr = next - old;
-    const double changed = dr.squaredNorm();
-    if (changed == 0) return 0;
-    r.template segment<N>(N * c) = next;
+    ContactVector<N> dr;
+    double changed = 0;
+    for (int i = 0; i < N; ++i) {
+      dr[i] = next[i] - old[i];
+      changed += dr[i] * dr[i];
+      r[N * c + i] = next[i];
+    }
+    // Where nothing but r is kept up to date, asking costs more than it saves: the answer cannot be foreseen.
+    if (!std::is_empty_v<typename Delassus::Motion> && changed == 0) return 0;
     problem_.delassus.change(motion_, c, dr);
     return changed;
   }

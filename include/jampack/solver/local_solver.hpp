@@ -31,8 +31,11 @@ class LocalSolver {
   /// The reaction that satisfies the law; `velocity` is u at the present reaction `r`. Where the block is
   /// zero the reaction can change nothing and stays.
   template <LocalContactLaw Law>
-  Reaction solve(const Law& law, const Reaction& velocity, const Reaction& r) const {
-    const Reaction b = velocity - w_ * r;
+  [[gnu::always_inline]] Reaction solve(const Law& law, const Reaction& velocity, const Reaction& r) const {
+    if constexpr (!Law::is_compliant && N == 1)
+      if (solvable_) return Reaction(std::max(0.0, r[0] - inverse_(0, 0) * velocity[0]));
+    Reaction b = product(w_, r);
+    for (int i = 0; i < N; ++i) b[i] = velocity[i] - b[i];
     if constexpr (!Law::is_compliant) {
       if (!solvable_) return velocity[0] > 0 ? Reaction(Reaction::Zero()) : r;
       return solve_rigid(law.friction, b, r);
@@ -65,25 +68,51 @@ class LocalSolver {
     regular_ = N == 1 || (condition < 1e5 && misfit < 1e-9 && w_(0, 0) > 0);
   }
 
-  Reaction solve_rigid(double friction, const Reaction& b, const Reaction& guess) const {
+  // In the usual states, inlined and scalar by scalar: what is stored as scalars and read back as a vector
+  // waits for memory, and an update is a chain of operations that wait for each other. Unusual states get
+  // copies (a vector whose address is given away lies in memory).
+  [[gnu::always_inline]] Reaction solve_rigid(double friction, const Reaction& b,
+                                              const Reaction& guess) const {
     if (b[0] >= 0) return Reaction::Zero();
     if constexpr (N == 1) {
       return Reaction(-b[0] / w_(0, 0));
     } else {
       if (!regular_) return solve_singular(friction, b, guess);
-      const Reaction stick = -(inverse_ * b);
-      if (in_friction_cone<N>(stick, friction)) return stick;
+      Reaction stick = product(inverse_, b);
+      for (int i = 0; i < N; ++i) stick[i] = -stick[i];
+      if (stick[0] >= 0 && tangential_square(stick) <= friction * friction * stick[0] * stick[0])
+        return stick;
       Reaction r;
       if (slip_near(friction, b, guess, stick, r)) return r;
-      Candidates candidates(w_, friction, b, guess);
-      candidates.judge(project_on_friction_cone<N>(stick, friction));
-      judge_slip(friction, b, candidates);
-      return candidates.best;
+      return solve_by_candidates(friction, b, guess, stick);
     }
   }
 
+  [[gnu::noinline]] Reaction solve_by_candidates(double friction, Reaction b, Reaction guess,
+                                                 Reaction stick) const {
+    Candidates candidates(w_, friction, b, guess);
+    candidates.judge(project_on_friction_cone<N>(stick, friction));
+    judge_slip(friction, b, candidates);
+    return candidates.best;
+  }
+
+  [[gnu::always_inline]] static Reaction product(const Matrix& a, const Reaction& x) {
+    Reaction y;
+    for (int i = 0; i < N; ++i) {
+      double sum = a(i, 0) * x[0];
+      for (int j = 1; j < N; ++j) sum += a(i, j) * x[j];
+      y[i] = sum;
+    }
+    return y;
+  }
+  static double tangential_square(const Reaction& r) {
+    double sum = r[1] * r[1];
+    for (int i = 2; i < N; ++i) sum += r[i] * r[i];
+    return sum;
+  }
+
   // b_N < 0 and a block whose inverse cannot be trusted.
-  Reaction solve_singular(double friction, const Reaction& b, const Reaction& guess) const {
+  [[gnu::noinline]] Reaction solve_singular(double friction, Reaction b, Reaction guess) const {
     constexpr double round_off = 1e-14;
     Candidates candidates(w_, friction, b, guess);
     StickingSet<N>(w_).for_each_rank(friction, b, guess, [&](const Reaction& stick) {
@@ -132,37 +161,44 @@ class LocalSolver {
 
   // Slip in the direction found at once in 2D, by Newton's method from the last direction in 3D. False where
   // that does not end.
-  bool slip_near(double friction, const Reaction& b, const Reaction& guess, const Reaction& stick,
-                 Reaction& r) const {
+  [[gnu::always_inline]] bool slip_near(double friction, const Reaction& b, const Reaction& guess,
+                                        const Reaction& stick, Reaction& r) const {
     if constexpr (N == 2) {
-      for (const double d : {stick[1] > 0 ? -1.0 : 1.0, stick[1] > 0 ? 1.0 : -1.0}) {
-        const double stiffness = w_(0, 0) - friction * d * w_(0, 1);
-        if (!(stiffness > 0)) continue;
-        const double normal = -b[0] / stiffness;
-        r = Reaction(normal, -friction * d * normal);
-        if (d * (w_(1, 0) * r[0] + w_(1, 1) * r[1] + b[1]) >= 0) return true;
-      }
-      return false;
+      const double against_stick = stick[1] > 0 ? -1.0 : 1.0;
+      return slips_along(against_stick, friction, b, r) || slips_along(-against_stick, friction, b, r);
     } else {
       if (friction == 0) {
         r = Reaction(-b[0] / w_(0, 0), 0, 0);
         return true;
       }
-      Eigen::Vector2d d = -guess.template tail<2>();
-      if (!(d.squaredNorm() > 0)) d = -stick.template tail<2>();
-      if (!(d.squaredNorm() > 0)) return false;
-      d.normalize();
+      double d1 = -guess[1], d2 = -guess[2], size2 = d1 * d1 + d2 * d2;
+      if (!(size2 > 0)) {
+        d1 = -stick[1], d2 = -stick[2];
+        size2 = d1 * d1 + d2 * d2;
+        if (!(size2 > 0)) return false;
+      }
+      const double inverse_size = 1 / std::sqrt(size2);
+      d1 *= inverse_size;
+      d2 *= inverse_size;
       const SlipEquation equation(w_, b, friction);
-      if (!equation.follow(d[0], d[1])) return false;
-      r = slipping(equation, friction, b[0], d);
+      if (!equation.follow(d1, d2)) return false;
+      r = slipping(equation, friction, b[0], d1, d2);
       return true;
     }
   }
 
-  static Reaction slipping(const SlipEquation& equation, double friction, double b_n,
-                           const Eigen::Vector2d& d) {
-    const double normal = -b_n / equation.normal_stiffness(d[0], d[1]);
-    return Reaction(normal, -friction * normal * d[0], -friction * normal * d[1]);
+  // In 2D, with sliding velocity along d = +-1. False where that contradicts the velocity.
+  [[gnu::always_inline]] bool slips_along(double d, double friction, const Reaction& b, Reaction& r) const {
+    const double stiffness = w_(0, 0) - friction * d * w_(0, 1);
+    const double normal = -b[0] / stiffness, tangential = -friction * d * normal;
+    r[0] = normal;
+    r[1] = tangential;
+    return stiffness > 0 && d * (w_(1, 0) * normal + w_(1, 1) * tangential + b[1]) >= 0;
+  }
+
+  static Reaction slipping(const SlipEquation& equation, double friction, double b_n, double d1, double d2) {
+    const double normal = -b_n / equation.normal_stiffness(d1, d2);
+    return Reaction(normal, -friction * normal * d1, -friction * normal * d2);
   }
 
   // Every direction in which the contact could slip.
@@ -180,7 +216,7 @@ class LocalSolver {
       for (int i = 0; i < n; ++i) {
         const Eigen::Vector2d& d = directions[static_cast<std::size_t>(i)];
         if (equation.normal_stiffness(d[0], d[1]) > 0)
-          candidates.judge(slipping(equation, friction, b[0], d));
+          candidates.judge(slipping(equation, friction, b[0], d[0], d[1]));
       }
     }
   }
