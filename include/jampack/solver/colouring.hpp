@@ -9,6 +9,7 @@
 #include <jampack/core/parallel.hpp>
 #include <jampack/problem/stored_blocks.hpp>
 #include <jampack/solver/contact_groups.hpp>
+#include <numeric>
 #include <utility>
 
 namespace jampack {
@@ -16,8 +17,10 @@ namespace jampack {
 /// Contacts in classes within which no update reads what another one writes, so that a class may be shared
 /// out among threads and the result is the same, bit by bit, whatever their number. What is kept apart are
 /// pairs of bodies (all contacts of a pair stay together, in their order). The first class holds one long
-/// chunk for each of a few regions of the packing, whose bodies a thread then keeps in its cache; the pairs
-/// between regions follow, colour by colour.
+/// chunk for each of a few regions of the packing, whose bodies a thread then keeps in its cache. Then come
+/// the contacts between two regions, one chunk for each two, in classes in which no region occurs twice: a
+/// few classes, as threads meet after each. What is left (small packings, a wall that moves) follows colour
+/// by colour.
 ///
 /// A body with very many contacts (a wall that moves) does not hinder a class: its contacts there are one
 /// chunk, hence one thread's. Classes too small to be shared are joined and left to one thread.
@@ -36,17 +39,13 @@ struct Colouring {
 
 namespace detail {
 
-/// Cuts the bodies into compact regions by halving, breadth first from one end: region of each body.
+/// Cuts bodies (or contacts) into compact regions by halving, breadth first from one end: region of each.
 class Regions {
  public:
-  Regions(const Array<ContactGroup>& groups, Index n_bodies, Index n_halvings)
-      : neighbours_(n_bodies), region_(n_bodies, Index{0}), seen_(n_bodies, Index{-1}) {
-    for (const auto& group : groups)
-      for (const Index a : group.bodies)
-        for (const Index b : group.bodies)
-          if (a != b) neighbours_[a].push_back(b);
-    Array<Index> all(n_bodies);
-    for (Index b = 0; b < n_bodies; ++b) all[b] = b;
+  Regions(const Array<Array<Index>>& neighbours, Index n_halvings)
+      : neighbours_(neighbours), region_(neighbours.size(), Index{0}), seen_(neighbours.size(), Index{-1}) {
+    Array<Index> all(neighbours.size());
+    std::iota(all.begin(), all.end(), Index{0});
     halve(all, n_halvings);
   }
   Index operator[](Index body) const { return region_[body]; }
@@ -85,19 +84,76 @@ class Regions {
     return order;
   }
 
-  Array<Array<Index>> neighbours_;
+  const Array<Array<Index>>& neighbours_;
   Array<Index> region_, seen_;
   Index mark_ = 0, n_visits_ = 0, n_regions_ = 0;
 };
 
-/// Classes of groups into a colouring.
-inline void add_class(Colouring& colouring, const Array<const ContactGroup*>& members, Index chunk_size) {
+/// Appends the groups as one chunk.
+inline void add_chunk(Colouring& colouring, const Array<const ContactGroup*>& members) {
+  const Index start = colouring.order.size();
+  for (const auto* group : members)
+    for (const Index c : group->contacts) colouring.order.push_back(c);
+  colouring.chunks.push_back({start, colouring.order.size()});
+}
+
+/// The contacts inside each region.
+inline void add_regions(Colouring& colouring, const Array<Array<const ContactGroup*>>& inside) {
+  for (const auto& members : inside)
+    if (!members.empty()) add_chunk(colouring, members);
+  if (!colouring.chunks.empty()) colouring.classes.push_back({0, colouring.chunks.size(), true});
+}
+
+/// Contacts between two regions.
+struct Interface {
+  Index first, second;  ///< regions
+  Array<const ContactGroup*> members = {};
+  Index size = 0;  ///< contacts
+};
+
+/// The class for so many contacts in so many parts: a new one, or the last, where both are too small to be
+/// shared out.
+inline Colouring::Class& class_for(Colouring& colouring, Index n_contacts, Index n_parts) {
   constexpr Index least_shared = 64;
-  Index size = 0;
-  for (const auto* group : members) size += group->contacts.size();
-  const bool shared = size >= least_shared && members.size() > 1;
+  const bool shared = n_contacts >= least_shared && n_parts > 1;
   if (shared || colouring.classes.empty() || colouring.classes.back().shared)
     colouring.classes.push_back({colouring.chunks.size(), colouring.chunks.size(), shared});
+  return colouring.classes.back();
+}
+
+/// Interfaces in classes, large ones first, so that those of a class are much alike.
+inline void add_interfaces(Colouring& colouring, Array<Interface> interfaces, Index n_regions) {
+  std::stable_sort(interfaces.begin(), interfaces.end(),
+                   [](const Interface& a, const Interface& b) { return a.size > b.size; });
+  while (!interfaces.empty()) {
+    Array<char> taken(n_regions, 0);
+    Array<Interface> members, others;
+    Index size = 0;
+    for (Interface& one : interfaces) {
+      if (taken[one.first] != 0 || taken[one.second] != 0) {
+        others.push_back(std::move(one));
+        continue;
+      }
+      taken[one.first] = taken[one.second] = 1;
+      size += one.size;
+      members.push_back(std::move(one));
+    }
+    // In the order of the regions, so that a thread meets those it has in its cache.
+    std::stable_sort(members.begin(), members.end(), [](const Interface& a, const Interface& b) {
+      return a.first + a.second < b.first + b.second;
+    });
+    Colouring::Class& one_class = class_for(colouring, size, members.size());
+    for (const Interface& one : members) add_chunk(colouring, one.members);
+    one_class.last = colouring.chunks.size();
+    interfaces = std::move(others);
+  }
+}
+
+/// Groups that may be visited at once.
+inline void add_class(Colouring& colouring, const Array<const ContactGroup*>& members, Index chunk_size) {
+  Index size = 0;
+  for (const auto* group : members) size += group->contacts.size();
+  Colouring::Class& one_class = class_for(colouring, size, members.size());
   Index start = colouring.order.size();
   for (Index k = 0; k < members.size(); ++k) {
     for (const Index c : members[k]->contacts) colouring.order.push_back(c);
@@ -108,7 +164,7 @@ inline void add_class(Colouring& colouring, const Array<const ContactGroup*>& me
     colouring.chunks.push_back({start, colouring.order.size()});
     start = colouring.order.size();
   }
-  colouring.classes.back().last = colouring.chunks.size();
+  one_class.last = colouring.chunks.size();
 }
 
 }  // namespace detail
@@ -132,16 +188,32 @@ Colouring colour_contacts(const Delassus& delassus) {
     const Index n_bodies = count_bodies(groups);
     spare_hubs(groups, n_bodies);
     const Index n_halvings = n_bodies >= 512 ? 3 : n_bodies >= 128 ? 2 : n_bodies >= 32 ? 1 : 0;
-    const detail::Regions region(groups, n_bodies, n_halvings);
-    Array<Array<const ContactGroup*>> inside(Index{1} << n_halvings);
+    Array<Array<Index>> neighbours(n_bodies);
+    for (const auto& group : groups)
+      for (const Index a : group.bodies)
+        for (const Index b : group.bodies)
+          if (a != b) neighbours[a].push_back(b);
+    const detail::Regions region(neighbours, n_halvings);
+    const Index n_regions = Index{1} << n_halvings;
+    Array<Array<const ContactGroup*>> inside(n_regions);
+    Array<detail::Interface> between;
+    Array<Index> interface_of(n_regions * n_regions, Index{-1});
     Array<Array<Index>> colours_of_body(n_bodies);
     for (const auto& group : groups) {
       const auto& bodies = group.bodies;
-      const bool one_region = n_halvings > 0 && group.hub < 0 && !bodies.empty() &&
-                              std::all_of(bodies.begin(), bodies.end(),
-                                          [&](Index b) { return region[b] == region[bodies.front()]; });
-      if (one_region) {
-        inside[region[bodies.front()]].push_back(&group);
+      if (n_halvings > 0 && group.hub < 0 && !bodies.empty()) {
+        const auto [least, most] = std::minmax({region[bodies.front()], region[bodies.back()]});
+        if (least == most) {
+          inside[least].push_back(&group);
+          continue;
+        }
+        Index& k = interface_of[least * n_regions + most];
+        if (k < 0) {
+          k = between.size();
+          between.push_back({least, most});
+        }
+        between[k].members.push_back(&group);
+        between[k].size += group.contacts.size();
         continue;
       }
       Array<char> taken(classes.size() + 1, 0);
@@ -150,16 +222,8 @@ Colouring colour_contacts(const Delassus& delassus) {
       const Index colour = put(group, taken);
       for (const Index body : bodies) colours_of_body[body].push_back(colour);
     }
-    colouring.classes.push_back({0, 0, true});
-    for (const auto& members : inside) {
-      if (members.empty()) continue;
-      const Index start = colouring.order.size();
-      for (const auto* group : members)
-        for (const Index c : group->contacts) colouring.order.push_back(c);
-      colouring.chunks.push_back({start, colouring.order.size()});
-    }
-    colouring.classes.back().last = colouring.chunks.size();
-    if (colouring.chunks.empty()) colouring.classes.clear();
+    detail::add_regions(colouring, inside);
+    detail::add_interfaces(colouring, std::move(between), n_regions);
     // Groups of one hub lie together; the others by region.
     for (auto& members : classes)
       std::stable_sort(members.begin(), members.end(), [&](const auto* a, const auto* b) {
@@ -177,12 +241,23 @@ Colouring colour_contacts(const Delassus& delassus) {
     }
     Array<Index> colour(n, Index{-1});
     for (Index c = 0; c < n; ++c) groups.push_back({{}, {c}, -1});
+    // Whoever is coupled within a region only is visited with it.
+    const Index n_halvings = n >= 2048 ? 3 : n >= 1024 ? 2 : n >= 512 ? 1 : 0;
+    const detail::Regions region(neighbours, n_halvings);
+    Array<Array<const ContactGroup*>> inside(Index{1} << n_halvings);
     for (Index c = 0; c < n; ++c) {
+      const bool one_region = std::all_of(neighbours[c].begin(), neighbours[c].end(),
+                                          [&](Index d) { return region[d] == region[c]; });
+      if (n_halvings > 0 && one_region) {
+        inside[region[c]].push_back(&groups[c]);
+        continue;
+      }
       Array<char> taken(classes.size() + 1, 0);
       for (const Index d : neighbours[c])
         if (colour[d] >= 0) taken[colour[d]] = 1;
       colour[c] = put(groups[c], taken);
     }
+    detail::add_regions(colouring, inside);
   }
   for (const auto& members : classes) detail::add_class(colouring, members, 16);
   return colouring;
