@@ -50,16 +50,14 @@ class NewtonMatrix<RigidBallsDelassus<Dim, N>> {
     if (!factorise(n_rows, a, constant)) return false;
     const Eigen::VectorXd right_hand_side = x;
     substitute(n_rows, a, x);
-    Eigen::VectorXd kept = Eigen::VectorXd::Zero(x.size()), u, rest = right_hand_side;
-    for (Index c = 0; c < n_rows.size(); ++c)
-      kept.template segment<N>(N * c).head(n_rows[c]) = x.template segment<N>(N * c).head(n_rows[c]);
-    w_.apply(kept, u);
+    Eigen::VectorXd part(x.size()), u, rest = right_hand_side;
+    for (Index c = 0; c < n_rows.size(); ++c) part.template segment<N>(N * c) = kept(x, c, n_rows[c]);
+    w_.apply(part, u);
     for (Index c = 0; c < n_rows.size(); ++c)
       rest.template segment<N>(N * c) -=
-          a[c] * u.template segment<N>(N * c) + constant[c] * kept.template segment<N>(N * c);
+          a[c] * u.template segment<N>(N * c) + constant[c] * part.template segment<N>(N * c);
     substitute(n_rows, a, rest);
-    for (Index c = 0; c < n_rows.size(); ++c)
-      x.template segment<N>(N * c).head(n_rows[c]) += rest.template segment<N>(N * c).head(n_rows[c]);
+    for (Index c = 0; c < n_rows.size(); ++c) x.template segment<N>(N * c) += kept(rest, c, n_rows[c]);
     return x.allFinite();
   }
 
@@ -100,11 +98,10 @@ class NewtonMatrix<RigidBallsDelassus<Dim, N>> {
     return contact.antagonist < 0 && w_.mode_inverse_mass() > 0 ? -contact.wall_rate : 0.0;
   }
 
-  /// The rows of `values` that take part, others zero.
-  template <class Values>
-  static auto kept(const Values& values, int n_rows) {
-    typename Values::PlainObject part = values;
-    for (int i = n_rows; i < N; ++i) part.row(i).setZero();
+  /// The unknowns of contact c that take part, others zero.
+  static ContactVector<N> kept(const Eigen::VectorXd& x, Index c, int n_rows) {
+    ContactVector<N> part;
+    for (int i = 0; i < N; ++i) part[i] = i < n_rows ? x[N * c + i] : 0.0;
     return part;
   }
 
@@ -160,11 +157,10 @@ class NewtonMatrix<RigidBallsDelassus<Dim, N>> {
   void substitute(const Array<int>& n_rows, const Array<Block>& a, Eigen::VectorXd& x) const {
     Eigen::VectorXd v = Eigen::VectorXd::Zero(n_motions * w_.bodies().size());
     double mode = 0;
-    const auto own = [&](Index c) { return kept(ContactVector<N>(x.template segment<N>(N * c)), n_rows[c]); };
     const auto motion = [&](Index body) { return v.template segment<n_motions>(n_motions * body); };
     for (Index c = 0; c < w_.n_contacts(); ++c) {
       if (n_rows[c] == 0) continue;
-      const ContactVector<N> force = inverse_[c] * own(c);
+      const ContactVector<N> force = inverse_[c] * x.template segment<N>(N * c);
       const auto& [first, second] = bodies(c);
       motion(first) += jacobian(c, first).transpose() * force;
       if (second >= 0) motion(second) += jacobian(c, second).transpose() * force;
@@ -179,8 +175,11 @@ class NewtonMatrix<RigidBallsDelassus<Dim, N>> {
       ContactVector<N> u = jacobian(c, first) * motion(first);
       if (second >= 0) u += jacobian(c, second) * motion(second);
       u[0] += mode_rate(c) * mode;
-      const ContactVector<N> answer = inverse_[c] * (own(c) - kept(ContactVector<N>(a[c] * u), n_rows[c]));
-      x.template segment<N>(N * c).head(n_rows[c]) = answer.head(n_rows[c]);
+      // The rows of the inverse that do not take part are zero.
+      const ContactVector<N> answer =
+          inverse_[c] * (ContactVector<N>(x.template segment<N>(N * c)) - a[c] * u);
+      for (int i = 0; i < N; ++i)
+        if (i < n_rows[c]) x[N * c + i] = answer[i];
     }
   }
 
