@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <jampack/solver/admm.hpp>
 #include <jampack/solver/gauss_seidel.hpp>
 #include <jampack/solver/proximal_newton.hpp>
 
@@ -10,8 +11,8 @@ namespace jampack {
 
 /// The solver for whoever does not want to choose: sweeps while they promise to end soon, then proximal
 /// Newton steps, which want few iterations where sweeps want thousands (stiff or redundant contacts); if
-/// those give up, longer sweeps and another start, in turn. The choice depends on residuals and counts, never
-/// on a clock.
+/// those give up, ADMM, longer sweeps and another start, in turn. The choice depends on residuals and counts,
+/// never on a clock.
 struct DefaultSolver {
   StoppingCriterion stop{};
   Index patience =
@@ -44,7 +45,9 @@ struct DefaultSolver {
       r = iterate.best();
       n_sweeps += newton.solve(problem, r).sweeps;
       iterate.judge(r);
-      if (iterate.converged()) break;
+      if (!going_on(iterate, n_sweeps)) break;
+      alternate_directions(problem, r, iterate, Index{1000} << round, n_sweeps);
+      if (!going_on(iterate, n_sweeps)) break;
       // Another start, from longer sweeps and with more or less regularisation.
       sweep_while_promising(problem, r, iterate, Index{100} << round, n_sweeps, no_price);
       regularisation = round % 2 == 0 ? 1e-1 : 1e-5;
@@ -59,6 +62,21 @@ struct DefaultSolver {
   template <class Problem>
   bool going_on(const BestIterate<Problem>& iterate, Index n_sweeps) const {
     return !iterate.converged() && n_sweeps < stop.max_sweeps && !iterate.out_of_time();
+  }
+
+  // ADMM from the best iterate, where W is stored and the law is rigid. It finds states of sliding contacts
+  // that Newton's method goes round about.
+  template <class Problem>
+  void alternate_directions(const Problem& problem, Eigen::VectorXd& r, BestIterate<Problem>& iterate,
+                            Index most, Index& n_sweeps) const {
+    if constexpr (!Problem::LocalLaw::is_compliant && requires { problem.delassus.n_stored(); }) {
+      Admm admm{.stop = stop};
+      admm.stop.max_sweeps = std::min(most, stop.max_sweeps - n_sweeps);
+      admm.stop.time_limit = stop.time_limit - iterate.report(0).seconds;
+      r = iterate.best();
+      n_sweeps += admm.solve(problem, r).sweeps;
+      iterate.judge(r);
+    }
   }
 
   // Gauss–Seidel from the best iterate until the residual's rate promises to want more sweeps than `limit`
