@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Side by side with Siconos in one process: the same problems in memory, the same clock, set-up counted, both
 // timed to the same scaled_residual. Siconos at the loosest of its own tolerances that reaches it.
-//   peer_siconos FILE.hdf5 ...     writes peer_siconos.csv
+//   peer_siconos FILE.hdf5 ...             writes peer_siconos.csv
+//   peer_siconos --sweeps FILE.hdf5 ...    one Gauss–Seidel sweep beside one of NSGS with NSN
 
 #include <numerics/FrictionContactProblem.h>
 #include <numerics/Friction_cst.h>
@@ -102,7 +103,9 @@ struct Peer {
     problem.mu = mu.data();
   }
 
-  void run(const Variant& variant, double own_tolerance, Eigen::VectorXd& r, Eigen::VectorXd& u) {
+  // As many sweeps as are asked for, or as fit the time limit.
+  void run(const Variant& variant, double own_tolerance, Eigen::VectorXd& r, Eigen::VectorXd& u,
+           int max_sweeps = 0) {
     r.setZero(3 * problem.numberOfContacts);
     u.setZero(r.size());
     if (variant.sparse && sparse == nullptr) {
@@ -124,6 +127,7 @@ struct Peer {
     if (sweeps)
       options->iparam[SICONOS_IPARAM_MAX_ITER] = static_cast<int>(
           std::clamp(time_limit / (2e-9 * 9 * static_cast<double>(pointers.size())), 100.0, 1e7));
+    if (max_sweeps > 0) options->iparam[SICONOS_IPARAM_MAX_ITER] = max_sweeps;
     fc3d_driver(&problem, r.data(), u.data(), options);
     solver_options_delete(options);
   }
@@ -145,9 +149,45 @@ struct Peer {
   }
 };
 
+// CPU seconds of one sweep, by the difference of two numbers of them: set-up, the same in both, drops out.
+template <class Run>
+double seconds_a_sweep(const Run& run) {
+  constexpr int few = 20, many = 120;
+  double least = infinity;
+  for (int k = 0; k < 5; ++k) {
+    const double short_run = seconds_of([&] { run(few); }), long_run = seconds_of([&] { run(many); });
+    least = std::min(least, (long_run - short_run) / (many - few));
+  }
+  return least;
+}
+
+void compare_sweeps(const std::string& name, const Problem& problem) {
+  Peer peer(problem);
+  const Variant newton = {"", SICONOS_FRICTION_3D_NSGS, SICONOS_FRICTION_3D_ONECONTACT_NSN};
+  Eigen::VectorXd peer_r, peer_u;
+  const double theirs = seconds_a_sweep([&](int n) { peer.run(newton, 1e-300, peer_r, peer_u, n); });
+  const double ours = seconds_a_sweep([&](int n) {
+    Eigen::VectorXd r = Eigen::VectorXd::Zero(problem.free_velocity.size());
+    GaussSeidelSweeps sweeps(problem, r);
+    for (int k = 0; k < n; ++k) sweeps.sweep(r);
+  });
+  std::printf("%-36s %5td contacts, W %6.0f kB: %8.2f us a sweep, Siconos %8.2f, ratio %.1f\n", name.c_str(),
+              problem.n_contacts(), 8e-3 * static_cast<double>(problem.delassus.n_stored()), 1e6 * ours,
+              1e6 * theirs, theirs / ours);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string(argv[1]) == "--sweeps") {
+    numerics_set_verbose(0);
+    for (int k = 2; k < argc; ++k) {
+      const AnyContactProblem any = read_fclib(argv[k]);
+      if (const Problem* const problem = std::get_if<Problem>(&any))
+        compare_sweeps(std::filesystem::path(argv[k]).stem().string(), *problem);
+    }
+    return 0;
+  }
   if (argc < 2) {
     std::puts(
         "peer_siconos FILE.hdf5 ...   the default solver beside those of Siconos, one process, CPU time");

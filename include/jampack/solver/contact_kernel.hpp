@@ -182,10 +182,13 @@ requires(!Law::Contact::is_compliant &&
       dr = next - old;
     }
     if constexpr (relaxed) {
-      const ContactVector<3> before(old[0], old[1], old[2]), after(next[0], next[1], next[2]);
-      const ContactVector<3> projected =
-          project_on_friction_cone<3>(before + relaxation * (after - before), record.t2[3]);
-      next = FourLanes{projected[0], projected[1], projected[2], 0};
+      next = old + relaxation * dr;
+      const double bound = record.t2[3] * next[0];
+      if (!(next[0] >= 0 && next[1] * next[1] + next[2] * next[2] <= bound * bound)) {
+        const ContactVector<3> projected =
+            project_on_friction_cone<3>(ContactVector<3>(next[0], next[1], next[2]), record.t2[3]);
+        next = FourLanes{projected[0], projected[1], projected[2], 0};
+      }
       dr = next - old;
     }
     for (int i = 0; i < 3; ++i) own[i] = next[i];
