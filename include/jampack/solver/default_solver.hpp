@@ -26,6 +26,7 @@ struct DefaultSolver {
     if (iterate.converged() || problem.n_contacts() == 0) return iterate.report(0);
     const bool can_factorise = problem.n_contacts() <= max_newton_contacts;
     const auto no_price = [] { return Index{0}; };
+    constexpr Index dear = 5000;  // sweeps
     Index known_price = -1;
     const auto newton_price = [&] {  // asked for when patience is at an end
       using Matrix = NewtonMatrix<typename Problem::DelassusType>;
@@ -40,16 +41,19 @@ struct DefaultSolver {
     for (int round = 0; round < 6 && can_factorise && going_on(iterate, n_sweeps); ++round) {
       ProximalNewton newton{
           .stop = stop, .regularisation = regularisation, .first_sweeps = round == 0 ? 0 : 20};
-      newton.stop.max_sweeps = std::min<Index>(Index{500} << round, stop.max_sweeps - n_sweeps);
+      // Sweeps may be right after all: where factors are dear, both get about the same time.
+      const Index most = (newton_price() > dear ? Index{50} : Index{500}) << round, before = n_sweeps;
+      newton.stop.max_sweeps = std::min<Index>(most, stop.max_sweeps - n_sweeps);
       newton.stop.time_limit = stop.time_limit - iterate.report(0).seconds;
       r = iterate.best();
       n_sweeps += newton.solve(problem, r).sweeps;
+      const Index worth = newton_price() > dear ? newton_price() / 15 * (n_sweeps - before) : 0;
       iterate.judge(r);
       if (!going_on(iterate, n_sweeps)) break;
       alternate_directions(problem, r, iterate, Index{1000} << round, n_sweeps);
       if (!going_on(iterate, n_sweeps)) break;
       // Another start, from longer sweeps and with more or less regularisation.
-      sweep_while_promising(problem, r, iterate, Index{100} << round, n_sweeps, no_price);
+      sweep_while_promising(problem, r, iterate, std::max(Index{100} << round, worth), n_sweeps, no_price);
       regularisation = round % 2 == 0 ? 1e-1 : 1e-5;
     }
     if (going_on(iterate, n_sweeps))
