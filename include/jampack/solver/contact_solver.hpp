@@ -71,7 +71,10 @@ class BestIterate {
                            : scaled;
     // An infeasible problem lets r grow without end, and any residual relative to |r| fall: beyond a million
     // times what the loads would explain, it is taken relative to the loads.
-    const double judged = now * std::max(1.0, 1e-6 * r.norm() / std::max(load_, 1e-300));
+    // A million times farther out round-off hides what is left: that is no solution.
+    const double growth = 1e-6 * r.norm() / std::max(load_, 1e-300);
+    const double judged =
+        growth < 1e6 ? now * std::max(1.0, growth) : std::numeric_limits<double>::infinity();
     if (judged < value_) {
       value_ = judged;
       scaled_ = scaled;
