@@ -74,7 +74,7 @@ class BestIterate {
     // A million times farther out round-off hides what is left: that is no solution.
     const double growth = 1e-6 * r.norm() / std::max(load_, 1e-300);
     const double judged =
-        growth < 1e6 ? now * std::max(1.0, growth) : std::numeric_limits<double>::infinity();
+        growth < 1e6 || load_ == 0 ? now * std::max(1.0, growth) : std::numeric_limits<double>::infinity();
     if (judged < value_) {
       value_ = judged;
       scaled_ = scaled;
