@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Time of one contact update in a Gauss–Seidel sweep, for every form of the Delassus operator, beside the
-// three ceilings of the machine measured in the same run: read bandwidth for the working set, multiply–add
-// rate, and the chain of dependent operations of the local solution. Prints a table, writes
-// gauss_seidel_kernel.csv.
+// three ceilings of the machine measured in the same run: read bandwidth for what an update must read,
+// multiply–add rate, and the chain of dependent operations: the local solution ("local") and, in stored W,
+// where every contact is coupled with the one before, that solution handed on and multiplied by one block
+// ("chain"). Prints a table, writes gauss_seidel_kernel.csv.
 //   gauss_seidel_kernel [Catch2 options]
 #define CATCH_CONFIG_RUNNER
 #include <cstdio>
@@ -27,10 +28,11 @@ struct Case {
   std::string form;
   int dim = 0, unknowns = 0, threads = 1;
   Index contacts = 0;
-  double scalars = 0;  // read a contact
-  double flops = 0;    // a contact, a multiply-add counting two
-  double latency = 0;  // seconds, chain of the local solution
-  double bytes() const { return 8 * scalars * static_cast<double>(contacts); }
+  double scalars = 0;           // of W, read a contact
+  double other_bytes = 0;       // read a contact besides those
+  double flops = 0;             // a contact, a multiply-add counting two
+  double local = 0, chain = 0;  // seconds
+  double bytes() const { return (8 * scalars + other_bytes) * static_cast<double>(contacts); }
 };
 std::map<std::string, Case> cases;
 std::map<std::string, double> shortest;  // seconds a run, least of all samples
@@ -111,8 +113,9 @@ double flop_cost() {
   return std::min(flop_cost_in<FourLanes>(), flop_cost_in<EightLanes>());
 }
 
-// Seconds of one local solution whose velocity waits for the one before.
-template <class Problem>
+// Seconds of one local solution that waits for the one before: for one component of its reaction or,
+// `coupled`, for the product of a block and all of them, stored and read again as in a sweep.
+template <bool coupled, class Problem>
 double local_latency(const Problem& problem, const Eigen::VectorXd& r) {
   constexpr int N = Problem::n_unknowns;
   using Block = std::remove_cvref_t<decltype(problem.delassus.diagonal_block(0))>;
@@ -121,8 +124,14 @@ double local_latency(const Problem& problem, const Eigen::VectorXd& r) {
   Eigen::VectorXd u;
   contact_velocity(problem, r, u);
   for (Index c = 0; c < n; ++c) local.push_back(LocalSolver<N, Block>(problem.delassus.diagonal_block(c)));
-  double least = 1e300;
+  const volatile double tiny = 1e-30;
+  Eigen::Matrix<double, N, N> block;
+  for (Index i = 0; i < N * N; ++i) block.data()[i] = tiny;
   double carried = 0;
+  Eigen::VectorXd handed = Eigen::VectorXd::Zero(N * n);
+  Array<std::int32_t> before(n);
+  for (Index c = 0; c < n; ++c) before[c] = static_cast<std::int32_t>(N * ((c + n - 1) % n));
+  double least = 1e300;
   for (int k = 0; k < 5; ++k) {
     const double start = jampack_bench::cpu_seconds();
     constexpr int times = 500;
@@ -133,17 +142,38 @@ double local_latency(const Problem& problem, const Eigen::VectorXd& r) {
           v[axis] = u[N * c + axis];
           old[axis] = r[N * c + axis];
         }
-        v[0] += 1e-300 * carried;
-        carried = local[c].solve(problem.law[c], v, old)[N - 1];
+        if constexpr (coupled) {
+          for (int column = 0; column < N; ++column)
+            for (int row = 0; row < N; ++row) v[row] += block(row, column) * handed[before[c] + column];
+        } else {
+          v[0] += tiny * carried;
+        }
+        const ContactVector<N> next = local[c].solve(problem.law[c], v, old);
+        if constexpr (coupled)
+          for (int axis = 0; axis < N; ++axis) handed[N * c + axis] = next[axis];
+        else
+          carried = next[N - 1];
       }
     least = std::min(least, (jampack_bench::cpu_seconds() - start) / (times * static_cast<double>(n)));
   }
-  return least + 0 * carried;
+  return least + 0 * (carried + handed[0]);
+}
+
+template <class Delassus>
+constexpr bool is_stored = requires(const Delassus& delassus) {
+  delassus.n_stored();
+};
+
+// Bytes of a contact besides its row of W: the local solution's block and inverse, the law, q and r.
+template <class Problem>
+double bytes_of_contact(const Problem&) {
+  constexpr int N = Problem::n_unknowns;
+  return sizeof(LocalSolver<N>) + sizeof(typename Problem::LocalLaw) + 2 * sizeof(double) * N;
 }
 
 template <class Problem>
-void measure(const std::string& form, int dim, const Problem& problem, double scalars, double flops,
-             bool threads = true) {
+void measure(const std::string& form, int dim, const Problem& problem, double scalars, double other_bytes,
+             double flops, bool threads = true) {
   constexpr int N = Problem::n_unknowns;
   for (const int n_threads : {0, 1, 2}) {  // 0: natural order
     if (n_threads > 0 && !threads) continue;
@@ -160,8 +190,10 @@ void measure(const std::string& form, int dim, const Problem& problem, double sc
                    std::max(1, n_threads),
                    problem.n_contacts(),
                    scalars,
+                   other_bytes,
                    flops,
-                   local_latency(problem, r)};
+                   local_latency<false>(problem, r),
+                   is_stored<typename Problem::DelassusType> ? local_latency<true>(problem, r) : 0};
     BENCHMARK(std::string(name)) {
       return sweeps.sweep(r);
     };
@@ -227,7 +259,9 @@ void measure_stored(int dim) {
   for (const Index contacts : {Index{4}, Index{1000 * 9 / (N * N)}, Index{15000 * 9 / (N * N)}}) {
     const auto problem = with_loads(stored_problem<N>(contacts));
     const double scalars = static_cast<double>(problem.delassus.n_stored()) / static_cast<double>(contacts);
-    measure("block sparse", dim, problem, scalars, 2 * scalars, contacts > 10);
+    const double columns = 4 * scalars / (N * N);
+    measure("block sparse", dim, problem, scalars, bytes_of_contact(problem) + columns, 2 * scalars,
+            contacts > 10);
   }
 }
 
@@ -238,7 +272,7 @@ void measure_dense(int dim) {
     const auto problem = with_loads(dense_grains<N>(grains, size));
     const double scalars =
         static_cast<double>(problem.delassus.n_stored()) / static_cast<double>(problem.n_contacts());
-    measure("dense a grain", dim, problem, scalars, 2 * scalars, grains > 3);
+    measure("dense a grain", dim, problem, scalars, bytes_of_contact(problem), 2 * scalars, grains > 3);
   }
 }
 
@@ -249,32 +283,34 @@ void measure_balls(double packing_fraction) {
   const double flops = N == 1 ? 4 * Dim * 3 : Dim == 2 ? 50 : 110;
   for (const Index balls : {20, 1000, 2000, 8000}) {
     auto problem = jampack_tests::pressed_packing<Dim, N>(balls, packing_fraction, 0.3, 1, 60);
-    measure("rigid balls", Dim, problem, scalars, flops, balls > 100);
+    measure("rigid balls", Dim, problem, scalars, 0, flops, balls > 100);
     if (balls < 100) continue;
     // Walls that move together couple all their contacts: these are one thread's.
     problem.delassus = RigidBallsDelassus<Dim, N>(problem.delassus.bodies(), problem.delassus.contacts());
-    measure("rigid balls, walls held", Dim, problem, scalars, flops);
+    measure("rigid balls, walls held", Dim, problem, scalars, 0, flops);
   }
 }
 
 void report() {
   CsvWriter csv("gauss_seidel_kernel.csv",
                 {"form", "dim", "unknowns", "contacts", "bytes", "threads", "ns_per_contact", "ns_per_scalar",
-                 "floor_bytes_ns", "floor_flops_ns", "floor_latency_ns", "compiler", "flags", "commit"});
+                 "floor_bytes_ns", "floor_flops_ns", "floor_local_ns", "floor_chain_ns", "compiler", "flags",
+                 "commit"});
   const double flop = flop_cost();
   std::printf("\nmultiply-adds: %.1f Gflop/s; floors in ns a contact for one thread\n", 1e-9 / flop);
-  std::printf("%-32s %2s %2s %8s %9s %7s %8s %9s | %7s %7s %8s | %s\n", "form", "D", "N", "contacts", "kB",
-              "threads", "ns/cont", "ns/scalar", "bytes", "flops", "latency", "over the largest");
+  std::printf("%-32s %2s %2s %8s %9s %7s %8s %9s | %7s %7s %7s %7s | %s\n", "form", "D", "N", "contacts",
+              "kB", "threads", "ns/cont", "ns/scalar", "bytes", "flops", "local", "chain",
+              "over the largest");
   for (const auto& [name, c] : cases) {
     if (!shortest.contains(name)) continue;
-    const double ns = 1e9 * shortest[name] / static_cast<double>(c.contacts);
-    const double bytes = 1e9 * 8 * c.scalars * read_cost(c.bytes()), flops = 1e9 * flop * c.flops,
-                 latency = 1e9 * c.latency;
-    std::printf("%-32s %2d %2d %8td %9.0f %7d %8.1f %9.3f | %7.1f %7.1f %8.1f | %.2f\n", c.form.c_str(),
+    const double n = static_cast<double>(c.contacts), ns = 1e9 * shortest[name] / n;
+    const double bytes = 1e9 * c.bytes() / n * read_cost(c.bytes()), flops = 1e9 * flop * c.flops,
+                 local = 1e9 * c.local, chain = 1e9 * c.chain;
+    std::printf("%-32s %2d %2d %8td %9.0f %7d %8.1f %9.3f | %7.1f %7.1f %7.1f %7.1f | %.2f\n", c.form.c_str(),
                 c.dim, c.unknowns, c.contacts, c.bytes() / 1024, c.threads, ns, ns / c.scalars, bytes, flops,
-                latency, ns / std::max({bytes, flops, latency}));
+                local, chain, ns / std::max({bytes, flops, local, chain}));
     csv.write({c.form, c.dim, c.unknowns, c.contacts, c.bytes(), c.threads, ns, ns / c.scalars, bytes, flops,
-               latency, jampack_bench::compiler(), jampack_bench::flags(), jampack_bench::commit()});
+               local, chain, jampack_bench::compiler(), jampack_bench::flags(), jampack_bench::commit()});
   }
 }
 

@@ -47,7 +47,7 @@ struct Boundary {
   double edge_length = 0;  ///< mean distance of neighbouring surface nodes, unit diameter
   // Over the diameter: the largest side of the sub-faces that samples lie on, and how far samples that are
   // not primary may enter, the finer ones farther.
-  static constexpr double spacing = 0.16, entry = 1e-3, fine_entry = 3e-3;
+  static constexpr double spacing = 0.16, entry = 1e-3, fine_entry = 2e-3;
 
   /// How far a sample may enter the other side, over the diameter: not at all for the nodes of the grain that
   /// leads; all other samples only bound what happens between those (docs/theory/deformable_stage.md,

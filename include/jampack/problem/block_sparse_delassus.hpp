@@ -7,6 +7,7 @@
 #include <jampack/core/error.hpp>
 #include <jampack/problem/delassus.hpp>
 #include <jampack/problem/rows_times.hpp>
+#include <limits>
 #include <numeric>
 #include <string>
 #include <tuple>
@@ -24,8 +25,8 @@ struct DelassusBlock {
 /// W stored row by row as its non-zero N x N blocks; need not be symmetric.
 ///
 /// Blocks in many neighbouring columns are kept as one run, N contiguous scalar rows, which are read as long
-/// dot products; the others one by one, those nearest to the diagonal last, since in a sweep they wait for
-/// the updates just made.
+/// dot products; the others one by one, in the order in which a sweep through the rows comes to know what
+/// they multiply.
 template <int N>
 class BlockSparseDelassus {
  public:
@@ -62,9 +63,10 @@ class BlockSparseDelassus {
     for (Index row = 0; row < n_contacts; ++row) {
       rows_.push_back({columns_.size(), 0, runs_.size()});
       while (k < blocks.size() && blocks[k].row == row) k = add_neighbours(blocks, k);
-      sort_by_distance(row);
+      sort_for_sweeps(row);
     }
     rows_.push_back({columns_.size(), 0, runs_.size()});
+    block_values_.resize(block_values_.size() + BlockRow<N>::read_beyond, 0.0);
   }
 
   Index n_contacts() const { return diagonal_.size(); }
@@ -138,18 +140,21 @@ class BlockSparseDelassus {
     return k;
   }
 
-  // The row's blocks that lie one by one, the farthest from the diagonal first, behind zeros that make them
-  // as many as BlockRow takes.
-  void sort_by_distance(Index row) {
+  // The row's blocks that lie one by one: the diagonal, then the farthest from it first, that of the row
+  // before last; and in front zeros that make them as many as BlockRow takes.
+  void sort_for_sweeps(Index row) {
     constexpr Index stride = BlockRow<N>::stride, at_once = BlockRow<N>::at_once;
     const Index first = rows_[row].first_block, n = columns_.size() - first;
     Array<Index> order(n);
     std::iota(order.begin(), order.end(), Index{0});
-    const auto distance = [&](Index k) { return std::abs(columns_[first + k] - N * row); };
-    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return distance(a) > distance(b); });
+    const auto early = [&](Index k) {
+      const Index d = columns_[first + k] - N * row;
+      return d == 0 ? std::numeric_limits<Index>::max() : 2 * std::abs(d) + (d > 0 ? 1 : 0);
+    };
+    std::sort(order.begin(), order.end(), [&](Index a, Index b) { return early(a) > early(b); });
     const Array<std::int32_t> columns(columns_.begin() + first, columns_.end());
     const Array<double> values(block_values_.begin() + stride * first, block_values_.end());
-    const Index padding = (at_once - n % at_once) % at_once;
+    const Index padding = n == 0 ? 1 : (at_once + 1 - n % at_once) % at_once;
     rows_[row].padding = padding;
     columns_.resize(first);
     columns_.resize(first + padding + n, static_cast<std::int32_t>(N * row));
@@ -177,14 +182,17 @@ class BlockSparseDelassus {
 
   [[gnu::always_inline]] ContactVector<N> row_times(Index c, const double* r) const {
     const Row &row = rows_[c], &next = rows_[c + 1];
-    const ContactVector<N> u =
+    ContactVector<N> u =
         BlockRow<N>::times(block_values_.data() + BlockRow<N>::stride * row.first_block,
                            columns_.data() + row.first_block, next.first_block - row.first_block, r);
-    if (row.first_run == next.first_run) return u;
-    RowSums<N> runs;
-    for (Index k = row.first_run; k < next.first_run; ++k)
-      runs.add(run_values_.data() + runs_[k].start, runs_[k].length, runs_[k].length, r + runs_[k].first);
-    return u + runs.sums();
+    if (row.first_run != next.first_run) {
+      RowSums<N> runs;
+      for (Index k = row.first_run; k < next.first_run; ++k)
+        runs.add(run_values_.data() + runs_[k].start, runs_[k].length, runs_[k].length, r + runs_[k].first);
+      const ContactVector<N> of_runs = runs.sums();
+      for (int i = 0; i < N; ++i) u[i] += of_runs[i];
+    }
+    return u;
   }
 
   Array<Row> rows_;

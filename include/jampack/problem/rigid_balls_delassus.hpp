@@ -2,6 +2,7 @@
 #pragma once
 
 #include <jampack/core/error.hpp>
+#include <jampack/core/unroll.hpp>
 #include <jampack/geometry/frame.hpp>
 #include <jampack/problem/block_sparse_delassus.hpp>
 #include <string>
@@ -100,28 +101,35 @@ class RigidBallsDelassus {
     return motion;
   }
 
-  ContactVector<N> velocity(const Motion& motion, const Eigen::VectorXd&, Index c) const {
+  [[gnu::always_inline]] ContactVector<N> velocity(const Motion& motion, const Eigen::VectorXd&,
+                                                   Index c) const {
     const BallContact<Dim>& contact = contacts_[c];
     const BodyMotion& a = motion.body[contact.candidate];
     ContactVector<N> u;
     if (contact.antagonist >= 0) {
       const BodyMotion& b = motion.body[contact.antagonist];
-      u = contact.frame.template topRows<N>() * (a.velocity - b.velocity);
+      Vector<Dim> relative;
+      unroll<Dim>([&](int i) { relative[i] = a.velocity[i] - b.velocity[i]; });
+      in_frame(contact, relative, u);
       if constexpr (N > 1)
         add_spin(contact, contact.candidate_arm * a.spin + contact.antagonist_arm * b.spin, u);
     } else {
-      u = contact.frame.template topRows<N>() * a.velocity;
+      in_frame(contact, a.velocity, u);
       if constexpr (N > 1) add_spin(contact, contact.candidate_arm * a.spin, u);
       u[0] -= contact.wall_rate * motion.mode;
     }
     return u;
   }
 
-  void change(Motion& motion, Index c, const ContactVector<N>& dr) const {
+  [[gnu::always_inline]] void change(Motion& motion, Index c, const ContactVector<N>& dr) const {
     const BallContact<Dim>& contact = contacts_[c];
-    const Vector<Dim> force = contact.frame.template topRows<N>().transpose() * dr;
+    Vector<Dim> force;
+    unroll<Dim>([&](int i) {
+      force[i] = contact.frame(0, i) * dr[0];
+      unroll<N - 1>([&](int k) { force[i] += contact.frame(k + 1, i) * dr[k + 1]; });
+    });
     BodyMotion& a = motion.body[contact.candidate];
-    a.velocity += a.inverse_mass * force;
+    unroll<Dim>([&](int i) { a.velocity[i] += a.inverse_mass * force[i]; });
     Spin<Dim> moment = Spin<Dim>::Zero();  // per arm, the same for both bodies: -n x r
     if constexpr (N == 2) moment[0] = -dr[1];
     if constexpr (N == 3)
@@ -129,7 +137,7 @@ class RigidBallsDelassus {
     if constexpr (N > 1) a.spin += (a.inverse_spin * contact.candidate_arm) * moment;
     if (contact.antagonist >= 0) {
       BodyMotion& b = motion.body[contact.antagonist];
-      b.velocity -= b.inverse_mass * force;
+      unroll<Dim>([&](int i) { b.velocity[i] -= b.inverse_mass * force[i]; });
       if constexpr (N > 1) b.spin += (b.inverse_spin * contact.antagonist_arm) * moment;
     } else if (moves_mode(contact)) {
       motion.mode -= mode_inverse_mass_ * contact.wall_rate * dr[0];
@@ -192,6 +200,12 @@ class RigidBallsDelassus {
   }
 
   // Velocity of the contact points by spin: omega x (-arm n), in the local frame.
+  static void in_frame(const BallContact<Dim>& contact, const Vector<Dim>& v, ContactVector<N>& u) {
+    unroll<N>([&](int k) {
+      u[k] = contact.frame(k, 0) * v[0];
+      unroll<Dim - 1>([&](int i) { u[k] += contact.frame(k, i + 1) * v[i + 1]; });
+    });
+  }
   static void add_spin(const BallContact<Dim>& contact, const Spin<Dim>& arm_times_spin,
                        ContactVector<N>& u) {
     if constexpr (N == 2) u[1] -= arm_times_spin[0];

@@ -9,6 +9,7 @@
 namespace jampack {
 
 // Vectors of the compiler (GCC takes no dependent sizes), split into what the processor has.
+using TwoLanes [[gnu::vector_size(16)]] = double;
 using FourLanes [[gnu::vector_size(32)]] = double;
 using EightLanes [[gnu::vector_size(64)]] = double;
 
@@ -76,52 +77,54 @@ class RowSums {
 };
 
 /// A row of N x N blocks that lie scattered: what sparse rows cost least in. Blocks are stored one after the
-/// other, columns padded to whole vectors; several blocks at a time, as additions to one sum would wait for
-/// each other.
+/// other, column by column. The last one, whose factor may have been known for the shortest time, is
+/// multiplied alone: only that product waits for it. In 3D four lanes are read of a column of three, and the
+/// fourth sum is not used.
 template <int N>
 struct BlockRow {
-  static constexpr Index stride = N == 1 ? 1 : N == 2 ? 4 : 12;  ///< scalars a block takes
-  static constexpr Index at_once = N == 1 ? 4 : 2;               ///< a row has a multiple of so many blocks
+  static constexpr Index stride = N * N;            ///< scalars from block to block
+  static constexpr Index read_beyond = N == 3;      ///< scalars that must follow the last block
+  static constexpr Index at_once = N == 1 ? 2 : 1;  ///< a row has a multiple of so many blocks, and one more
 
   /// Where entry (i, j) of a block is stored.
-  static constexpr Index place(Index i, Index j) { return N == 3 ? 4 * j + i : N * j + i; }
+  static constexpr Index place(Index i, Index j) { return N * j + i; }
 
-  /// Sum of block k times x + column[k], k = 0...n - 1. What is added last is waited for the shortest.
+  /// Sum of block k times x + column[k], k = 0...n - 1.
   [[gnu::always_inline]] static ContactVector<N> times(const double* value, const std::int32_t* column,
                                                        Index n, const double* x) {
     using detail::multiply_add;
     ContactVector<N> u;
     if constexpr (N == 1) {
-      double sum0 = 0, sum1 = 0, sum2 = 0, sum3 = 0;
-      for (Index k = 0; k < n; k += 4) {
-        sum0 += value[k] * x[column[k]];
-        sum1 += value[k + 1] * x[column[k + 1]];
-        sum2 += value[k + 2] * x[column[k + 2]];
-        sum3 += value[k + 3] * x[column[k + 3]];
-      }
-      u[0] = (sum0 + sum1) + (sum2 + sum3);
+      TwoLanes sum = {};
+      for (Index k = 0; k < n - 1; k += 2)
+        multiply_add(sum, value + k, TwoLanes{x[column[k]], x[column[k + 1]]});
+      u[0] = (sum[0] + sum[1]) + value[n - 1] * x[column[n - 1]];
     } else if constexpr (N == 2) {
-      FourLanes even = {}, odd = {};
-      for (Index k = 0; k < n; k += 2, value += 2 * stride) {
-        const double *const a = x + column[k], *const b = x + column[k + 1];
-        multiply_add(even, value, FourLanes{a[0], a[0], a[1], a[1]});
-        multiply_add(odd, value + stride, FourLanes{b[0], b[0], b[1], b[1]});
+      TwoLanes sum0 = {}, sum1 = {};
+      for (Index k = 0; k < n - 1; ++k, value += stride) {
+        const double* const a = x + column[k];
+        multiply_add(sum0, value, a[0]);
+        multiply_add(sum1, value + 2, a[1]);
       }
-      const FourLanes sum = even + odd;
-      u[0] = sum[0] + sum[2];
-      u[1] = sum[1] + sum[3];
+      TwoLanes sum = sum0 + sum1;
+      const double* const last = x + column[n - 1];
+      multiply_add(sum, value, last[0]);
+      multiply_add(sum, value + 2, last[1]);
+      u[0] = sum[0];
+      u[1] = sum[1];
     } else {
-      FourLanes even0 = {}, even1 = {}, even2 = {}, odd0 = {}, odd1 = {}, odd2 = {};
-      for (Index k = 0; k < n; k += 2, value += 2 * stride) {
-        const double *const a = x + column[k], *const b = x + column[k + 1];
-        multiply_add(even0, value, a[0]);
-        multiply_add(even1, value + 4, a[1]);
-        multiply_add(even2, value + 8, a[2]);
-        multiply_add(odd0, value + stride, b[0]);
-        multiply_add(odd1, value + stride + 4, b[1]);
-        multiply_add(odd2, value + stride + 8, b[2]);
+      FourLanes sum0 = {}, sum1 = {}, sum2 = {};
+      for (Index k = 0; k < n - 1; ++k, value += stride) {
+        const double* const a = x + column[k];
+        multiply_add(sum0, value, a[0]);
+        multiply_add(sum1, value + 3, a[1]);
+        multiply_add(sum2, value + 6, a[2]);
       }
-      const FourLanes sum = ((even0 + odd0) + (even1 + odd1)) + (even2 + odd2);
+      FourLanes sum = (sum0 + sum1) + sum2;
+      const double* const last = x + column[n - 1];
+      multiply_add(sum, value, last[0]);
+      multiply_add(sum, value + 3, last[1]);
+      multiply_add(sum, value + 6, last[2]);
       u[0] = sum[0];
       u[1] = sum[1];
       u[2] = sum[2];

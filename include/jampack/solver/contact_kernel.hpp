@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+#include <jampack/core/unroll.hpp>
 #include <jampack/problem/rigid_balls_delassus.hpp>
 #include <jampack/problem/rows_times.hpp>
 #include <jampack/solver/local_solver.hpp>
-#include <numeric>
 #include <type_traits>
 #include <utility>
 
@@ -21,54 +22,77 @@ class ContactKernel {
  public:
   ContactKernel(const Problem& problem, const Eigen::VectorXd& r)
       : problem_(problem), motion_(problem.delassus.motion(r)) {
-    local_.reserve(problem.n_contacts());
-    contact_.resize(problem.n_contacts());
-    std::iota(contact_.begin(), contact_.end(), Index{0});
-    for (Index c = 0; c < problem.n_contacts(); ++c)
-      local_.push_back(LocalSolver<N, Block>(problem.delassus.diagonal_block(c)));
+    record_.reserve(problem.n_contacts());
+    for (Index c = 0; c < problem.n_contacts(); ++c) {
+      Record record{LocalSolver<N, Block>(problem.delassus.diagonal_block(c)), problem.law[c], {}, c};
+      for (int i = 0; i < N; ++i)
+        record.free_velocity[static_cast<std::size_t>(i)] = problem.free_velocity[N * c + i];
+      record_.push_back(record);
+    }
   }
 
   /// To be called when r was changed from outside.
   void restart(const Eigen::VectorXd& r) { motion_ = problem_.delassus.motion(r); }
 
   /// Gives the contacts places in memory: the k-th place to order[k]. Until then contact c has place c.
-  void arrange(const Array<Index>& order) { contact_ = order; }
+  void arrange(const Array<Index>& order) {
+    Array<Record> arranged(record_.size());
+    for (const Record& record : record_) arranged[record.contact] = record;
+    for (Index k = 0; k < order.size(); ++k) record_[k] = arranged[order[k]];
+  }
 
   /// Updates the contacts at the places from `first` to before `last`, in that order; returns the sum of
   /// |dr_c|^2.
   double visit(const Index* first, const Index* last, Eigen::VectorXd& r, double relaxation) {
     double changed = 0;
-    for (; first != last; ++first) changed += update(contact_[*first], r, relaxation);
+    for (; first != last; ++first) changed += update(record_[*first], r, relaxation);
     return changed;
   }
 
  private:
-  [[gnu::always_inline]] double update(Index c, Eigen::VectorXd& r, double relaxation) {
+  /// What an update reads of a contact besides its row of W: together, as every array more is one stream
+  /// more that the processor has to fetch ahead.
+  struct Record {
+    LocalSolver<N, Block> local;
+    typename Problem::LocalLaw law;
+    std::array<double, N> free_velocity;
+    Index contact;
+  };
+
+  [[gnu::always_inline]] double update(const Record& record, Eigen::VectorXd& r, double relaxation) {
+    const Index c = record.contact;
     ContactVector<N> old, u = problem_.delassus.velocity(motion_, r, c);
-    for (int i = 0; i < N; ++i) {
+    unroll<N>([&](int i) {
       old[i] = r[N * c + i];
-      u[i] += problem_.free_velocity[N * c + i];
+      u[i] += record.free_velocity[static_cast<std::size_t>(i)];
+    });
+    ContactVector<N> next = record.local.solve(record.law, u, old);
+    if (relaxation != 1) {
+      const ContactVector<N> other = relaxed(next, old, record.law.friction, relaxation);
+      unroll<N>([&](int i) { next[i] = other[i]; });
     }
-    ContactVector<N> next = local_[c].solve(problem_.law[c], u, old);
-    if (relaxation != 1)
-      next = project_on_friction_cone<N>(old + relaxation * (next - old), problem_.law[c].friction);
     ContactVector<N> dr;
     double changed = 0;
-    for (int i = 0; i < N; ++i) {
+    unroll<N>([&](int i) {
       dr[i] = next[i] - old[i];
       changed += dr[i] * dr[i];
       r[N * c + i] = next[i];
-    }
+    });
     // Where nothing but r is kept up to date, asking costs more than it saves: the answer cannot be foreseen.
     if (!std::is_empty_v<typename Delassus::Motion> && changed == 0) return 0;
     problem_.delassus.change(motion_, c, dr);
     return changed;
   }
 
+  // Apart, and with copies: a vector whose address is given away lies in memory in all of update().
+  [[gnu::noinline]] static ContactVector<N> relaxed(ContactVector<N> next, ContactVector<N> old,
+                                                    double friction, double relaxation) {
+    return project_on_friction_cone<N>(old + relaxation * (next - old), friction);
+  }
+
   const Problem& problem_;
   typename Delassus::Motion motion_;
-  Array<LocalSolver<N, Block>> local_;
-  Array<Index> contact_;  // by place
+  Array<Record> record_;  // by place
 };
 
 /// Rigid spheres with friction: all that an update reads of a contact lies together in one record, a ball's
@@ -99,7 +123,7 @@ requires(!Law::Contact::is_compliant &&
         record.n[i] = contact.frame(0, i);
         record.t1[i] = contact.frame(1, i);
         record.t2[i] = contact.frame(2, i);
-        record.free_velocity[i] = problem.free_velocity[3 * c + i];
+        record.free_velocity[static_cast<std::size_t>(i)] = problem.free_velocity[3 * c + i];
       }
       record.n[3] = block.normal > 0 ? 1 / block.normal : 0;
       record.t1[3] = block.tangential > 0 ? 1 / block.tangential : 0;

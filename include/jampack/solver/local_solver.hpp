@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <jampack/core/unroll.hpp>
 #include <jampack/law/signorini_coulomb.hpp>
 #include <jampack/problem/residual.hpp>
 #include <jampack/solver/singular_block.hpp>
@@ -35,10 +36,14 @@ class LocalSolver {
     if constexpr (!Law::is_compliant && N == 1)
       if (solvable_) return Reaction(std::max(0.0, r[0] - inverse_(0, 0) * velocity[0]));
     Reaction b = product(w_, r);
-    for (int i = 0; i < N; ++i) b[i] = velocity[i] - b[i];
+    unroll<N>([&](int i) { b[i] = velocity[i] - b[i]; });
     if constexpr (!Law::is_compliant) {
       if (!solvable_) return velocity[0] > 0 ? Reaction(Reaction::Zero()) : r;
-      return solve_rigid(law.friction, b, r);
+      return solve_rigid(law.friction, b, r, [&] {
+        Reaction stick = product(inverse_, velocity);  // known a product and a difference sooner than from b
+        unroll<N>([&](int i) { stick[i] = r[i] - stick[i]; });
+        return stick;
+      });
     } else {
       return solve_compliant(law, b, r);
     }
@@ -71,21 +76,26 @@ class LocalSolver {
   // In the usual states, inlined and scalar by scalar: what is stored as scalars and read back as a vector
   // waits for memory, and an update is a chain of operations that wait for each other. Unusual states get
   // copies (a vector whose address is given away lies in memory).
-  [[gnu::always_inline]] Reaction solve_rigid(double friction, const Reaction& b,
-                                              const Reaction& guess) const {
+  // Where the block is regular, sticking() is its sticking reaction, -W^-1 b.
+  template <class Stick>
+  [[gnu::always_inline]] Reaction solve_rigid(double friction, const Reaction& b, const Reaction& guess,
+                                              const Stick& sticking) const {
     if (b[0] >= 0) return Reaction::Zero();
     if constexpr (N == 1) {
       return Reaction(-b[0] / w_(0, 0));
     } else {
       if (!regular_) return solve_singular(friction, b, guess);
-      Reaction stick = product(inverse_, b);
-      for (int i = 0; i < N; ++i) stick[i] = -stick[i];
+      const Reaction stick = sticking();
       if (stick[0] >= 0 && tangential_square(stick) <= friction * friction * stick[0] * stick[0])
         return stick;
       Reaction r;
       if (slip_near(friction, b, guess, stick, r)) return r;
       return solve_by_candidates(friction, b, guess, stick);
     }
+  }
+
+  Reaction solve_rigid(double friction, const Reaction& b, const Reaction& guess) const {
+    return solve_rigid(friction, b, guess, [&] { return Reaction(-product(inverse_, b)); });
   }
 
   [[gnu::noinline]] Reaction solve_by_candidates(double friction, Reaction b, Reaction guess,
@@ -98,16 +108,13 @@ class LocalSolver {
 
   [[gnu::always_inline]] static Reaction product(const Matrix& a, const Reaction& x) {
     Reaction y;
-    for (int i = 0; i < N; ++i) {
-      double sum = a(i, 0) * x[0];
-      for (int j = 1; j < N; ++j) sum += a(i, j) * x[j];
-      y[i] = sum;
-    }
+    unroll<N>([&](int i) { y[i] = a(i, 0) * x[0]; });
+    unroll<N - 1>([&](int j) { unroll<N>([&](int i) { y[i] += a(i, j + 1) * x[j + 1]; }); });
     return y;
   }
   static double tangential_square(const Reaction& r) {
-    double sum = r[1] * r[1];
-    for (int i = 2; i < N; ++i) sum += r[i] * r[i];
+    double sum = 0;
+    unroll<N - 1>([&](int i) { sum += r[i + 1] * r[i + 1]; });
     return sum;
   }
 
@@ -266,7 +273,8 @@ class LocalSolver<N, IsotropicBlock> {
         inverse_tangential_(block.tangential > 0 ? 1 / block.tangential : 0) {}
 
   template <LocalContactLaw Law>
-  ContactVector<N> solve(const Law& law, const ContactVector<N>& velocity, const ContactVector<N>& r) const {
+  [[gnu::always_inline]] ContactVector<N> solve(const Law& law, const ContactVector<N>& velocity,
+                                                const ContactVector<N>& r) const {
     ContactVector<N> next;
     if constexpr (Law::is_compliant) {
       const double b = velocity[0] - normal_ * r[0];
@@ -276,10 +284,16 @@ class LocalSolver<N, IsotropicBlock> {
       next[0] = std::max(0.0, r[0] - velocity[0] * inverse_normal_);
     }
     if constexpr (N > 1) {
-      auto tangential = next.template tail<N - 1>();
-      tangential = r.template tail<N - 1>() - velocity.template tail<N - 1>() * inverse_tangential_;
-      const double limit = law.friction * next[0], size2 = tangential.squaredNorm();
-      if (size2 > limit * limit) tangential *= limit / std::sqrt(size2);
+      double size2 = 0;
+      unroll<N - 1>([&](int i) {
+        next[i + 1] = r[i + 1] - velocity[i + 1] * inverse_tangential_;
+        size2 += next[i + 1] * next[i + 1];
+      });
+      const double limit = law.friction * next[0];
+      if (size2 > limit * limit) {
+        const double scale = limit / std::sqrt(size2);
+        unroll<N - 1>([&](int i) { next[i + 1] *= scale; });
+      }
     }
     return next;
   }
