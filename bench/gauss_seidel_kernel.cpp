@@ -138,21 +138,23 @@ double local_latency(const Problem& problem, const Eigen::VectorXd& r) {
     for (int i = 0; i < times; ++i)
       for (Index c = 0; c < n; ++c) {
         ContactVector<N> v, old;
+#pragma GCC unroll 9
         for (int axis = 0; axis < N; ++axis) {
           v[axis] = u[N * c + axis];
           old[axis] = r[N * c + axis];
         }
         if constexpr (coupled) {
-          for (int column = 0; column < N; ++column)
-            for (int row = 0; row < N; ++row) v[row] += block(row, column) * handed[before[c] + column];
-        } else {
-          v[0] += tiny * carried;
-        }
+#pragma GCC unroll 9
+          for (int entry = 0; entry < N * N; ++entry)
+            v[entry % N] += block(entry % N, entry / N) * handed[before[c] + entry / N];
+        } else
+          v[0] += block(0, 0) * carried;
         const ContactVector<N> next = local[c].solve(problem.law[c], v, old);
-        if constexpr (coupled)
+        if constexpr (coupled) {
+#pragma GCC unroll 9
           for (int axis = 0; axis < N; ++axis) handed[N * c + axis] = next[axis];
-        else
-          carried = next[N - 1];
+        }
+        carried = next[N - 1];
       }
     least = std::min(least, (jampack_bench::cpu_seconds() - start) / (times * static_cast<double>(n)));
   }

@@ -8,7 +8,6 @@
 #include <jampack/core/error.hpp>
 #include <jampack/core/parallel.hpp>
 #include <jampack/core/splitmix.hpp>
-#include <jampack/core/unroll.hpp>
 
 #include <jampack/geometry/ball.hpp>
 #include <jampack/geometry/box.hpp>

@@ -23,7 +23,8 @@ double tangential_norm(const ContactVector<N>& z) {
 /// Projects z on the Coulomb cone K = {r : |r_T| <= friction r_N} (docs/theory/contact_solvers.md, eq. 3).
 /// friction >= 0; for N = 1 it is not used.
 template <int N>
-ContactVector<N> project_on_friction_cone(const ContactVector<N>& z, double friction) {
+[[gnu::always_inline]] inline ContactVector<N> project_on_friction_cone(const ContactVector<N>& z,
+                                                                        double friction) {
   ContactVector<N> r;
   if constexpr (N == 1) {
     r[0] = z[0] > 0 ? z[0] : 0.0;
@@ -35,7 +36,8 @@ ContactVector<N> project_on_friction_cone(const ContactVector<N>& z, double fric
     const bool in_polar = friction * tangential <= -normal, in_cone = tangential <= friction * normal;
     const double factor = in_polar ? 0.0 : in_cone ? 1.0 : friction * projected / tangential;
     r[0] = in_polar ? 0.0 : in_cone ? normal : projected;
-    for (int i = 1; i < N; ++i) r[i] = factor * z[i];
+    r[1] = factor * z[1];
+    if constexpr (N > 2) r[2] = factor * z[2];
   }
   return r;
 }

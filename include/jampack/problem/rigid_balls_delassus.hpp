@@ -2,7 +2,6 @@
 #pragma once
 
 #include <jampack/core/error.hpp>
-#include <jampack/core/unroll.hpp>
 #include <jampack/geometry/frame.hpp>
 #include <jampack/problem/block_sparse_delassus.hpp>
 #include <string>
@@ -40,12 +39,13 @@ class RigidBallsDelassus {
 
  public:
   static constexpr int n_unknowns = N;
+  static constexpr int n_spins = Spin<Dim>::RowsAtCompileTime;
 
   /// A ball's change of velocity and spin by the reactions, with its inverse inertia beside it (one cache
   /// line in 3D). Frictionless contacts turn nothing and carry no spin.
   struct BodyMotion {
     Vector<Dim> velocity = Vector<Dim>::Zero();
-    using SpinIfAny = Eigen::Matrix<double, N == 1 ? 0 : Spin<Dim>::RowsAtCompileTime, 1>;
+    using SpinIfAny = Eigen::Matrix<double, N == 1 ? 0 : n_spins, 1>;
     SpinIfAny spin = SpinIfAny::Zero();
     double inverse_mass = 0, inverse_spin = 0;
     void stop() {
@@ -106,39 +106,65 @@ class RigidBallsDelassus {
     const BallContact<Dim>& contact = contacts_[c];
     const BodyMotion& a = motion.body[contact.candidate];
     ContactVector<N> u;
+    Spin<Dim> arm_times_spin;
+    if constexpr (N > 1) {
+#pragma GCC unroll 9
+      for (int i = 0; i < n_spins; ++i) arm_times_spin[i] = contact.candidate_arm * a.spin[i];
+    }
     if (contact.antagonist >= 0) {
       const BodyMotion& b = motion.body[contact.antagonist];
       Vector<Dim> relative;
-      unroll<Dim>([&](int i) { relative[i] = a.velocity[i] - b.velocity[i]; });
+#pragma GCC unroll 9
+      for (int i = 0; i < Dim; ++i) relative[i] = a.velocity[i] - b.velocity[i];
       in_frame(contact, relative, u);
-      if constexpr (N > 1)
-        add_spin(contact, contact.candidate_arm * a.spin + contact.antagonist_arm * b.spin, u);
+      if constexpr (N > 1) {
+#pragma GCC unroll 9
+        for (int i = 0; i < n_spins; ++i) arm_times_spin[i] += contact.antagonist_arm * b.spin[i];
+      }
     } else {
       in_frame(contact, a.velocity, u);
-      if constexpr (N > 1) add_spin(contact, contact.candidate_arm * a.spin, u);
       u[0] -= contact.wall_rate * motion.mode;
     }
+    if constexpr (N == 2) u[1] -= arm_times_spin[0];
+    if constexpr (N == 3)
+#pragma GCC unroll 9
+      for (int i = 0; i < 3; ++i) {
+        u[1] -= contact.frame(2, i) * arm_times_spin[i];
+        u[2] += contact.frame(1, i) * arm_times_spin[i];
+      }
     return u;
   }
 
   [[gnu::always_inline]] void change(Motion& motion, Index c, const ContactVector<N>& dr) const {
     const BallContact<Dim>& contact = contacts_[c];
     Vector<Dim> force;
-    unroll<Dim>([&](int i) {
-      force[i] = contact.frame(0, i) * dr[0];
-      unroll<N - 1>([&](int k) { force[i] += contact.frame(k + 1, i) * dr[k + 1]; });
-    });
+#pragma GCC unroll 9
+    for (int i = 0; i < Dim; ++i) force[i] = contact.frame(0, i) * dr[0];
+#pragma GCC unroll 9
+    for (int k = 0; k < Dim * (N - 1); ++k)
+      force[k % Dim] += contact.frame(k / Dim + 1, k % Dim) * dr[k / Dim + 1];
     BodyMotion& a = motion.body[contact.candidate];
-    unroll<Dim>([&](int i) { a.velocity[i] += a.inverse_mass * force[i]; });
-    Spin<Dim> moment = Spin<Dim>::Zero();  // per arm, the same for both bodies: -n x r
+#pragma GCC unroll 9
+    for (int i = 0; i < Dim; ++i) a.velocity[i] += a.inverse_mass * force[i];
+    Spin<Dim> moment;  // per arm, the same for both bodies: -n x r
     if constexpr (N == 2) moment[0] = -dr[1];
-    if constexpr (N == 3)
-      moment = dr[2] * contact.frame.row(1).transpose() - dr[1] * contact.frame.row(2).transpose();
-    if constexpr (N > 1) a.spin += (a.inverse_spin * contact.candidate_arm) * moment;
+    if constexpr (N == 3) {
+#pragma GCC unroll 9
+      for (int i = 0; i < 3; ++i) moment[i] = dr[2] * contact.frame(1, i) - dr[1] * contact.frame(2, i);
+    }
+    const auto turn = [&](BodyMotion & body, double arm) __attribute__((always_inline)) {
+      const double factor = body.inverse_spin * arm;
+      if constexpr (N > 1) {
+#pragma GCC unroll 9
+        for (int i = 0; i < n_spins; ++i) body.spin[i] += factor * moment[i];
+      }
+    };
+    turn(a, contact.candidate_arm);
     if (contact.antagonist >= 0) {
       BodyMotion& b = motion.body[contact.antagonist];
-      unroll<Dim>([&](int i) { b.velocity[i] -= b.inverse_mass * force[i]; });
-      if constexpr (N > 1) b.spin += (b.inverse_spin * contact.antagonist_arm) * moment;
+#pragma GCC unroll 9
+      for (int i = 0; i < Dim; ++i) b.velocity[i] -= b.inverse_mass * force[i];
+      turn(b, contact.antagonist_arm);
     } else if (moves_mode(contact)) {
       motion.mode -= mode_inverse_mass_ * contact.wall_rate * dr[0];
     }
@@ -200,21 +226,13 @@ class RigidBallsDelassus {
   }
 
   // Velocity of the contact points by spin: omega x (-arm n), in the local frame.
-  static void in_frame(const BallContact<Dim>& contact, const Vector<Dim>& v, ContactVector<N>& u) {
-    unroll<N>([&](int k) {
-      u[k] = contact.frame(k, 0) * v[0];
-      unroll<Dim - 1>([&](int i) { u[k] += contact.frame(k, i + 1) * v[i + 1]; });
-    });
+  [[gnu::always_inline]] static void in_frame(const BallContact<Dim>& contact, const Vector<Dim>& v,
+                                              ContactVector<N>& u) {
+#pragma GCC unroll 9
+    for (int k = 0; k < N; ++k) u[k] = contact.frame(k, 0) * v[0];
+#pragma GCC unroll 9
+    for (int k = 0; k < N * (Dim - 1); ++k) u[k % N] += contact.frame(k % N, k / N + 1) * v[k / N + 1];
   }
-  static void add_spin(const BallContact<Dim>& contact, const Spin<Dim>& arm_times_spin,
-                       ContactVector<N>& u) {
-    if constexpr (N == 2) u[1] -= arm_times_spin[0];
-    if constexpr (N == 3) {
-      u[1] -= contact.frame.row(2).dot(arm_times_spin);
-      u[2] += contact.frame.row(1).dot(arm_times_spin);
-    }
-  }
-
   Array<InverseInertia> bodies_;
   Array<BallContact<Dim>> contacts_;
   double mode_inverse_mass_ = 0;

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <jampack/core/unroll.hpp>
 #include <jampack/law/signorini_coulomb.hpp>
 #include <jampack/problem/residual.hpp>
 #include <jampack/solver/singular_block.hpp>
@@ -36,14 +35,14 @@ class LocalSolver {
     if constexpr (!Law::is_compliant && N == 1)
       if (solvable_) return Reaction(std::max(0.0, r[0] - inverse_(0, 0) * velocity[0]));
     Reaction b = product(w_, r);
-    unroll<N>([&](int i) { b[i] = velocity[i] - b[i]; });
+#pragma GCC unroll 9
+    for (int i = 0; i < N; ++i) b[i] = velocity[i] - b[i];
     if constexpr (!Law::is_compliant) {
       if (!solvable_) return velocity[0] > 0 ? Reaction(Reaction::Zero()) : r;
-      return solve_rigid(law.friction, b, r, [&] {
-        Reaction stick = product(inverse_, velocity);  // known a product and a difference sooner than from b
-        unroll<N>([&](int i) { stick[i] = r[i] - stick[i]; });
-        return stick;
-      });
+      Reaction stick = product(inverse_, velocity);  // known a product sooner than from b
+#pragma GCC unroll 9
+      for (int i = 0; i < N; ++i) stick[i] = r[i] - stick[i];
+      return solve_rigid(law.friction, b, r, stick);
     } else {
       return solve_compliant(law, b, r);
     }
@@ -76,16 +75,14 @@ class LocalSolver {
   // In the usual states, inlined and scalar by scalar: what is stored as scalars and read back as a vector
   // waits for memory, and an update is a chain of operations that wait for each other. Unusual states get
   // copies (a vector whose address is given away lies in memory).
-  // Where the block is regular, sticking() is its sticking reaction, -W^-1 b.
-  template <class Stick>
+  // `stick` is the sticking reaction, -W^-1 b, where the block is regular.
   [[gnu::always_inline]] Reaction solve_rigid(double friction, const Reaction& b, const Reaction& guess,
-                                              const Stick& sticking) const {
+                                              const Reaction& stick) const {
     if (b[0] >= 0) return Reaction::Zero();
     if constexpr (N == 1) {
       return Reaction(-b[0] / w_(0, 0));
     } else {
       if (!regular_) return solve_singular(friction, b, guess);
-      const Reaction stick = sticking();
       if (stick[0] >= 0 && tangential_square(stick) <= friction * friction * stick[0] * stick[0])
         return stick;
       Reaction r;
@@ -95,7 +92,7 @@ class LocalSolver {
   }
 
   Reaction solve_rigid(double friction, const Reaction& b, const Reaction& guess) const {
-    return solve_rigid(friction, b, guess, [&] { return Reaction(-product(inverse_, b)); });
+    return solve_rigid(friction, b, guess, Reaction(-product(inverse_, b)));
   }
 
   [[gnu::noinline]] Reaction solve_by_candidates(double friction, Reaction b, Reaction guess,
@@ -106,15 +103,23 @@ class LocalSolver {
     return candidates.best;
   }
 
+  [[gnu::always_inline]] static double row_times(const Matrix& a, int i, const Reaction& x) {
+    double sum = a(i, 0) * x[0];
+    if constexpr (N > 1) sum += a(i, 1) * x[1];
+    if constexpr (N > 2) sum += a(i, 2) * x[2];
+    return sum;
+  }
   [[gnu::always_inline]] static Reaction product(const Matrix& a, const Reaction& x) {
     Reaction y;
-    unroll<N>([&](int i) { y[i] = a(i, 0) * x[0]; });
-    unroll<N - 1>([&](int j) { unroll<N>([&](int i) { y[i] += a(i, j + 1) * x[j + 1]; }); });
+    y[0] = row_times(a, 0, x);
+    if constexpr (N > 1) y[1] = row_times(a, 1, x);
+    if constexpr (N > 2) y[2] = row_times(a, 2, x);
     return y;
   }
   static double tangential_square(const Reaction& r) {
     double sum = 0;
-    unroll<N - 1>([&](int i) { sum += r[i + 1] * r[i + 1]; });
+#pragma GCC unroll 9
+    for (int i = 0; i < N - 1; ++i) sum += r[i + 1] * r[i + 1];
     return sum;
   }
 
@@ -285,14 +290,16 @@ class LocalSolver<N, IsotropicBlock> {
     }
     if constexpr (N > 1) {
       double size2 = 0;
-      unroll<N - 1>([&](int i) {
+#pragma GCC unroll 9
+      for (int i = 0; i < N - 1; ++i) {
         next[i + 1] = r[i + 1] - velocity[i + 1] * inverse_tangential_;
         size2 += next[i + 1] * next[i + 1];
-      });
+      }
       const double limit = law.friction * next[0];
       if (size2 > limit * limit) {
         const double scale = limit / std::sqrt(size2);
-        unroll<N - 1>([&](int i) { next[i + 1] *= scale; });
+#pragma GCC unroll 9
+        for (int i = 0; i < N - 1; ++i) next[i + 1] *= scale;
       }
     }
     return next;

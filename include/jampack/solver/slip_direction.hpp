@@ -17,7 +17,7 @@ struct SlipEquation {
   double p1, p2, q11, q12, q21, q22;
   double w_nn, w_n1, w_n2;  ///< A(d) = w_nn - w_n1 d1 - w_n2 d2 (friction multiplied in)
 
-  SlipEquation(const Eigen::Matrix3d& w, const Eigen::Vector3d& b, double friction)
+  [[gnu::always_inline]] SlipEquation(const Eigen::Matrix3d& w, const Eigen::Vector3d& b, double friction)
       : p1(w(0, 0) * b[1] - b[0] * w(1, 0)),
         p2(w(0, 0) * b[2] - b[0] * w(2, 0)),
         q11(friction * (b[0] * w(1, 1) - b[1] * w(0, 1))),
@@ -28,17 +28,19 @@ struct SlipEquation {
         w_n1(friction * w(0, 1)),
         w_n2(friction * w(0, 2)) {}
 
-  double normal_stiffness(double d1, double d2) const { return w_nn - w_n1 * d1 - w_n2 * d2; }
-  double speed(double d1, double d2) const {  // V . d
+  [[gnu::always_inline]] double normal_stiffness(double d1, double d2) const {
+    return w_nn - w_n1 * d1 - w_n2 * d2;
+  }
+  [[gnu::always_inline]] double speed(double d1, double d2) const {  // V . d
     return d1 * (p1 + q11 * d1 + q12 * d2) + d2 * (p2 + q21 * d1 + q22 * d2);
   }
-  double misfit(double d1, double d2) const {  // g
+  [[gnu::always_inline]] double misfit(double d1, double d2) const {  // g
     return d1 * (p2 + q21 * d1 + q22 * d2) - d2 * (p1 + q11 * d1 + q12 * d2);
   }
-  double misfit_slope(double d1, double d2) const {  // dg / d angle
+  [[gnu::always_inline]] double misfit_slope(double d1, double d2) const {  // dg / d angle
     return -p1 * d1 - p2 * d2 + (d1 * d1 - d2 * d2) * (q22 - q11) - 2 * d1 * d2 * (q12 + q21);
   }
-  double misfit_curvature(double d1, double d2) const {  // d2g / d angle2
+  [[gnu::always_inline]] double misfit_curvature(double d1, double d2) const {  // d2g / d angle2
     return p1 * d2 - p2 * d1 - 4 * d1 * d2 * (q22 - q11) - 2 * (d1 * d1 - d2 * d2) * (q12 + q21);
   }
   double scale() const {
