@@ -171,7 +171,7 @@ class LocalSolver {
     }
   };
 
-  // Slip in the direction found at once in 2D, by Newton's method from the last direction in 3D. False where
+  // Slip in the direction found at once in 2D, by Halley's method from the last direction in 3D. False where
   // that does not end.
   [[gnu::always_inline]] bool slip_near(double friction, const Reaction& b, const Reaction& guess,
                                         const Reaction& stick, Reaction& r) const {
