@@ -66,7 +66,7 @@ StoredState<Dim> pressed(Index cells, const Array<std::pair<double, Vector<Dim>>
   for (const auto& [d, centre] : grains) packing.add(d, centre);
   SoftStepOptions step;
   step.theta = theta;
-  Compaction<Packing, Law> compaction(std::move(packing), law, {}, step);
+  Compaction<Packing, Law> compaction(std::move(packing), law, {.settled_afresh = 1e-5}, step);
   while (compaction.packing_fraction() < packing_fraction) compaction.advance();
   REQUIRE(compaction.settle());
   return stored_state(compaction);

@@ -22,6 +22,7 @@ struct CompactionOptions {
   double min_strain = 1e-7;       ///< below this the compaction is given up
   int easy_iterations = 30;       ///< a step that needed no more may be followed by a larger one
   double settled = 8e-4;          ///< imbalance of a grain, |sum F| / sum |F|, at which it has settled
+  double settled_afresh = 1e-4;   ///< residual of balance, contact detected afresh, to which it should settle
   Index max_settling_steps = 60;  ///< before a packing is said not to settle
 };
 
@@ -204,8 +205,11 @@ class Compaction {
           },
           unfinished);
     };
+    Index n_fresh = 0;  // steps made only for frames: some turn with every solution
     for (Index k = 0; k < options.max_settling_steps && h > shortest; ++k) {
-      if (converged && grain_imbalance(network()) <= options.settled) return true;
+      if (converged && grain_imbalance(network()) <= options.settled &&
+          (report.fresh <= options.settled_afresh || ++n_fresh > 2))
+        return true;
       if (converged) last = accepted();
       converged = step_from_rest(Unfinished::kept);
       if (converged) {

@@ -176,7 +176,7 @@ class SoftStep {
     contacts.find(packing, balance_.x, reach_, SampleSet::all, options.threads);
     since_frames_ = 0;
     balance_.evaluate(packing, contacts);
-    report.fresh = std::max(balance_.equilibrium_residual(), balance_.surface_residual);
+    report.fresh = balance_.equilibrium_residual();
     constexpr double any = std::numeric_limits<double>::infinity();
     if (!balance_.balanced(options.fresh_tolerance, any, options.fresh_contact_tolerance)) return false;
     contacts = solved;

@@ -44,7 +44,7 @@ struct SoftStepReport {
   Index sweeps = 0;                 ///< of the contact solver, or what it counts
   double equilibrium_residual = 0;  ///< |M dv - h (f_ext - f_int) - H^T r| / |H^T r|, the step's own frames
   double scaled_residual = 0;       ///< of the contacts, the step's own frames
-  double fresh = 0;                 ///< the larger of both with contact detected afresh
+  double fresh = 0;                 ///< equilibrium_residual with contact detected afresh
   std::string reason;               ///< why it failed
 };
 
