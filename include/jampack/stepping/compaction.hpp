@@ -22,7 +22,7 @@ struct CompactionOptions {
   double min_strain = 1e-7;       ///< below this the compaction is given up
   int easy_iterations = 30;       ///< a step that needed no more may be followed by a larger one
   double settled = 8e-4;          ///< imbalance of a grain, |sum F| / sum |F|, at which it has settled
-  double settled_afresh = 1e-4;   ///< residual of balance, contact detected afresh, to which it should settle
+  double settled_afresh = 3e-4;   ///< residual of balance, contact detected afresh, to which it should settle
   Index max_settling_steps = 60;  ///< before a packing is said not to settle
 };
 
