@@ -6,6 +6,7 @@
 #include <jampack/core/array.hpp>
 #include <jampack/core/dimension.hpp>
 #include <jampack/core/error.hpp>
+#include <jampack/core/inline_array.hpp>
 #include <jampack/core/parallel.hpp>
 #include <jampack/core/splitmix.hpp>
 
@@ -17,6 +18,7 @@
 #include <jampack/geometry/frame.hpp>
 #include <jampack/geometry/half_space.hpp>
 #include <jampack/geometry/orientation.hpp>
+#include <jampack/geometry/point_cloud.hpp>
 #include <jampack/geometry/solid_angle.hpp>
 
 #include <jampack/mesh/ball_mesh.hpp>
@@ -69,6 +71,7 @@
 #include <jampack/detection/broad_phase.hpp>
 #include <jampack/detection/brute_force.hpp>
 #include <jampack/detection/contact_discretisation.hpp>
+#include <jampack/detection/face_patch.hpp>
 #include <jampack/detection/grain_surface.hpp>
 #include <jampack/detection/r_tree.hpp>
 #include <jampack/detection/sampled_contact.hpp>

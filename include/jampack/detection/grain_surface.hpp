@@ -2,6 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <jampack/core/inline_array.hpp>
+#include <jampack/detection/face_patch.hpp>
+#include <jampack/geometry/point_cloud.hpp>
 #include <jampack/geometry/solid_angle.hpp>
 #include <jampack/mesh/boundary_surface.hpp>
 #include <limits>
@@ -39,13 +42,16 @@ class GrainSurface {
     boundary_ = &boundary;
     position_ = &position;
     normal_.setZero(Dim, position.cols());
-    for (const auto& face : boundary.faces)
-      for (Index i = 0; i < face.n_nodes; ++i) {
-        const auto shape = face_shape<Dim>(face.n_nodes, face_node_coordinates<Dim>(i));
-        normal_.col(face.node[std::size_t(i)]) +=
-            face_normal<Dim>(interpolate(face, shape.derivative, position));
-      }
+    patches_.resize(boundary.faces.size());
+    for (Index f = 0; f < boundary.faces.size(); ++f) {
+      const auto& face = boundary.faces[f];
+      patches_[f].set_points(face, position);
+      for (Index i = 0; i < face.n_nodes; ++i)
+        normal_.col(face.node[std::size_t(i)]) += face_normal<Dim>(tangent(f, face_node_coordinates<Dim>(i)));
+    }
     for (const Index i : boundary.nodes) normal_.col(i).normalize();
+    for (Index f = 0; f < boundary.faces.size(); ++f) patches_[f].set_normals(boundary.faces[f], normal_);
+    find_hull();
   }
 
   const Boundary<Dim>& boundary() const { return *boundary_; }
@@ -53,8 +59,7 @@ class GrainSurface {
   double diameter() const { return diameter_; }  ///< of the undeformed grain
 
   Vector<Dim> point(Index face, const FaceCoordinates<Dim>& xi) const {
-    const auto& f = boundary_->faces[face];
-    return interpolate(f, face_shape<Dim>(f.n_nodes, xi).value, *position_);
+    return FacePatch<Dim>::point_of(patches_[face].value(xi));
   }
 
   Vector<Dim> sample_point(const typename Boundary<Dim>::Sample& sample, const Nodal& position) const {
@@ -75,11 +80,13 @@ class GrainSurface {
   /// The tangent planes that bound where a point at x, whose projection this is, may go: that of the face it
   /// is above and, where it is nearer than `near` (length) to a hollow crease, of the face beyond too. A face
   /// folded back on itself has no plane: there the interpolated normal serves.
-  Array<TangentPlane> tangent_planes(const Vector<Dim>& x, const Projection& p, double near) const {
+  InlineArray<TangentPlane, Dim + 1> tangent_planes(const Vector<Dim>& x, const Projection& p,
+                                                    double near) const {
     constexpr double folded = 0.5;  // cosine between the two normals
     constexpr double flat = 0.01;   // angle at a crease that is none
     const Vector<Dim> own = own_normal(p.face, p.xi), foot = point(p.face, p.xi);
-    Array<TangentPlane> planes{{p.face, p.xi, own.dot(p.normal) > folded ? own : p.normal}};
+    InlineArray<TangentPlane, Dim + 1> planes;
+    planes.push_back({p.face, p.xi, own.dot(p.normal) > folded ? own : p.normal});
     for (std::size_t side = 0; side < Dim; ++side) {
       const Crease crease = nearest_on_side(p.face, p.xi, side);
       const Vector<Dim> at = point(crease.beyond, crease.there);
@@ -89,9 +96,11 @@ class GrainSurface {
       const double angle = (second - first).norm();
       const bool is_hollow = first.dot(tangent(crease.beyond, crease.there) * crease.onwards) > 0;
       if (angle < flat || !is_hollow || second.dot(p.normal) < folded) continue;
-      // Where this face curves back below the plane, it is not the plane that bounds.
+      // Where this face curves back below the plane, it is not the plane that bounds. On the crease itself
+      // the difference would be round-off.
       const Vector<Dim> back = foot - at;
-      if (second.dot(back) < 0.4 * angle * back.norm()) continue;
+      const double length = back.norm();
+      if (length > 1e-9 * diameter_ && second.dot(back) < 0.4 * angle * length) continue;
       planes.push_back({crease.beyond, crease.there, second});
     }
     return planes;
@@ -99,10 +108,16 @@ class GrainSurface {
 
   /// The boundary node closest to a point, and its squared distance.
   std::pair<Index, double> nearest_node(const Vector<Dim>& x) const {
-    std::pair<Index, double> best{-1, std::numeric_limits<double>::infinity()};
-    for (const Index i : boundary_->nodes)
-      if (const double d = (position_->col(i) - x).squaredNorm(); d < best.second) best = {i, d};
-    return best;
+    const auto [i, distance] = cloud_.nearest(x);
+    return {boundary_->nodes[i], distance};
+  }
+
+  /// Is x above the plane that touches the whole grain from outside, along the normal of this node, by more
+  /// than `distance`? Then it has no projection with a smaller gap.
+  bool is_above_hull(const Vector<Dim>& x, Index node, double distance) const {
+    constexpr double round_off = 2e-6;  // of what is called a projection
+    return normal_.col(node).dot(x) - hull_[node] >
+           std::max(distance, known_side * diameter_) + round_off * diameter_;
   }
 
   /// Is x inside? Exact but for points as near to the surface as a fifth of a face's side leaves its chord.
@@ -128,7 +143,7 @@ class GrainSurface {
   /// (`on_surface`).
   Projection project(const Vector<Dim>& x) const { return project(x, nearest_node(x).first); }
   Projection project(const Vector<Dim>& x, Index nearest) const {
-    constexpr double trusted_depth = 2e-3, trusted_height = 8e-3, known_side = 3e-3;  // over the diameter
+    constexpr double trusted_depth = 2e-3, trusted_height = 8e-3;  // over the diameter
     const Index start = boundary_->face_of_node[nearest];
     Projection best = walk(x, start);
     const bool is_outside = normal_.col(nearest).dot(x - position_->col(nearest)) > 0;
@@ -136,7 +151,7 @@ class GrainSurface {
     if (best.on_surface && best.gap > -trusted_depth * diameter_ &&
         (is_outside ? best.gap <= 1.01 * distance : best.gap < trusted_height * diameter_))
       return best;
-    const double side = contains(x) ? -1 : 1;
+    const double side = normal_.col(nearest).dot(x) < hull_[nearest] && contains(x) ? -1 : 1;
     const auto fits = [&](const Projection& p) {
       return p.on_surface && side * p.gap >= -known_side * diameter_;
     };
@@ -150,6 +165,9 @@ class GrainSurface {
   }
 
  private:
+  /// Nearer than this over the diameter, it is not sure on which side of the surface a point is.
+  static constexpr double known_side = 3e-3;
+
   /// Where two faces meet.
   struct Crease {
     Index beyond;                  ///< the other face
@@ -183,13 +201,13 @@ class GrainSurface {
   }
 
   Eigen::Matrix<double, Dim, Dim - 1> tangent(Index face, const FaceCoordinates<Dim>& xi) const {
-    const auto& f = boundary_->faces[face];
-    return interpolate(f, face_shape<Dim>(f.n_nodes, xi).derivative, *position_);
+    return patches_[face].tangent(xi);
   }
 
   /// The faces within two of this one.
-  Array<Index> faces_around(Index face) const {
-    Array<Index> found{face};
+  auto faces_around(Index face) const {
+    InlineArray<Index, Dim == 2 ? 5 : 10> found;
+    found.push_back(face);
     Index first = 0;
     for (int ring = 0; ring < 2; ++ring) {
       const Index last = found.size();
@@ -198,6 +216,28 @@ class GrainSurface {
           if (std::find(found.begin(), found.end(), next) == found.end()) found.push_back(next);
     }
     return found;
+  }
+
+  /// The surface lies within the convex hull of its corners and, for each mid node, that point which with the
+  /// ends of the side spans the parabola.
+  void find_hull() {
+    const auto& nodes = boundary_->nodes;
+    Nodal control = *position_;
+    for (const auto& face : boundary_->faces)
+      for (Index i = Dim; i < face.n_nodes; ++i) {
+        const auto corner = [&](Index k) { return position_->col(face.node[std::size_t(k % Dim)]); };
+        const Index mid = face.node[std::size_t(i)];
+        control.col(mid) = 2 * position_->col(mid) - 0.5 * (corner(i - Dim) + corner(i - Dim + 1));
+      }
+    PointCloud<Dim> hull;
+    cloud_.assign(nodes.size());
+    hull.assign(nodes.size());
+    for (Index i = 0; i < nodes.size(); ++i) {
+      cloud_.set(i, position_->col(nodes[i]));
+      hull.set(i, control.col(nodes[i]));
+    }
+    hull_.resize(position_->cols());
+    for (const Index i : nodes) hull_[i] = hull.reach(normal_.col(i));
   }
 
   /// Of face f cut into n pieces a side, about x.
@@ -247,14 +287,6 @@ class GrainSurface {
     return p;
   }
 
-  template <class Weights>
-  static auto interpolate(const BoundaryFace<Dim>& face, const Weights& weight, const Nodal& field) {
-    Eigen::Matrix<double, Dim, Weights::ColsAtCompileTime> sum;
-    sum.setZero();
-    for (Index i = 0; i < face.n_nodes; ++i) sum += field.col(face.node[std::size_t(i)]) * weight.row(i);
-    return sum;
-  }
-
   static std::array<double, Dim> barycentric(const FaceCoordinates<Dim>& xi) {
     if constexpr (Dim == 2)
       return {1 - xi[0], xi[0]};
@@ -262,37 +294,42 @@ class GrainSurface {
       return {1 - xi[0] - xi[1], xi[0], xi[1]};
   }
 
-  /// Newton on S(xi) + g n(xi) = x; returns the side to leave by, -1 when the solution is inside.
+  /// Newton on S(xi) + c m(xi) = x, m the normals as interpolated, whatever c; returns the side to leave by,
+  /// -1 when the solution is inside.
   Index solve_on_face(const Vector<Dim>& x, Projection& p) const {
-    const auto& face = boundary_->faces[p.face];
+    constexpr double last = 1e-7;  // what is left after a step is its square
+    const auto& patch = patches_[p.face];
     for (int iteration = 0; iteration < 12; ++iteration) {
-      const auto shape = face_shape<Dim>(face.n_nodes, p.xi);
-      const Vector<Dim> s = interpolate(face, shape.value, *position_);
-      const Vector<Dim> m = interpolate(face, shape.value, normal_);
-      const double length = m.norm();
-      p.normal = m / length;
-      p.gap = p.normal.dot(x - s);
-      Matrix<Dim> jacobian;
-      const Eigen::Matrix<double, Dim, Dim - 1> dm = interpolate(face, shape.derivative, normal_);
-      jacobian.template leftCols<Dim - 1>() = interpolate(face, shape.derivative, *position_) +
-                                              p.gap / length * (dm - p.normal * (p.normal.transpose() * dm));
-      jacobian.col(Dim - 1) = p.normal;
-      const Vector<Dim> error = x - s - p.gap * p.normal;
-      const Vector<Dim> step = jacobian.inverse() * error;
-      if (!step.allFinite()) break;
-      FaceCoordinates<Dim> dxi = step.template head<Dim - 1>();
+      FaceCoordinates<Dim> dxi = newton_step(x, patch.jet(p.xi));
       const double largest = dxi.cwiseAbs().maxCoeff();
+      if (!std::isfinite(largest)) break;
       if (largest > 0.5) dxi *= 0.5 / largest;
       p.xi += dxi;
-      p.gap += step[Dim - 1];
       const auto b = barycentric(p.xi);
       const auto lowest = std::min_element(b.begin(), b.end());
       if (*lowest < -0.4) return lowest - b.begin();
-      if (largest < 1e-13) break;
+      if (largest < last) break;
     }
     const auto b = barycentric(p.xi);
     const auto lowest = std::min_element(b.begin(), b.end());
     return *lowest < -1e-12 ? lowest - b.begin() : -1;
+  }
+
+  static FaceCoordinates<Dim> newton_step(const Vector<Dim>& x, const typename FacePatch<Dim>::Jet& at) {
+    using Patch = FacePatch<Dim>;
+    const Vector<Dim> apart = x - at.point(), m = at.normal();
+    const double c = m.dot(apart) / m.squaredNorm();
+    const auto slope = [&](std::size_t k) {
+      return Vector<Dim>(Patch::point_of(at.slope[k]) + c * Patch::normal_of(at.slope[k]));
+    };
+    // By Cramer's rule: (slopes, m) (dxi, dc) = apart - c m, and all but dxi drops out.
+    if constexpr (Dim == 2) {
+      const Vector<2> across{m[1], -m[0]};
+      return FaceCoordinates<2>(apart.dot(across) / slope(0).dot(across));
+    } else {
+      const Vector<3> first = slope(0), u = slope(1).cross(m), v = m.cross(first);
+      return FaceCoordinates<3>(apart.dot(u), apart.dot(v)) / first.dot(u);
+    }
   }
 
   static void clamp(Projection& p) {
@@ -303,10 +340,9 @@ class GrainSurface {
 
   /// Normal and gap at the face coordinates as they stand; how far x lies beside that normal.
   double finish(const Vector<Dim>& x, Projection& p) const {
-    const auto& face = boundary_->faces[p.face];
-    const auto shape = face_shape<Dim>(face.n_nodes, p.xi);
-    p.normal = interpolate(face, shape.value, normal_).normalized();
-    const Vector<Dim> apart = x - interpolate(face, shape.value, *position_);
+    const auto at = patches_[p.face].value(p.xi);
+    p.normal = FacePatch<Dim>::normal_of(at).normalized();
+    const Vector<Dim> apart = x - FacePatch<Dim>::point_of(at);
     p.gap = p.normal.dot(apart);
     return (apart - p.gap * p.normal).norm();
   }
@@ -314,6 +350,10 @@ class GrainSurface {
   const Boundary<Dim>* boundary_ = nullptr;
   const Nodal* position_ = nullptr;
   Nodal normal_;
+  Array<FacePatch<Dim>> patches_;
+  PointCloud<Dim> cloud_;  ///< the boundary nodes, in their order
+  /// Of a mesh node on the boundary: how far the whole grain reaches along the normal there.
+  Array<double> hull_;
   double diameter_ = 1;
 };
 

@@ -56,6 +56,7 @@ struct SampledContact {
     const auto [node, distance] = other.nearest_node(place.point);
     const double edge = other.boundary().edge_length * other.diameter();
     if (std::sqrt(distance) > range.reach + range.depth + 2 * edge) return;
+    if (other.is_above_hull(place.point, node, range.reach)) return;
     const auto p = other.project(place.point, node);
     contact.slack = slack(place, leads);
     if (!p.on_surface || p.gap + contact.slack > range.reach || p.gap < -range.depth ||
@@ -96,13 +97,13 @@ struct SampledContact {
 
   /// The contacts of a sample at x, projected on the other grain, from one that knows all but its planes.
   template <int Dim>
-  static void add_contacts(SurfaceContact<Dim> contact, const GrainSurface<Dim>& other,
+  static void add_contacts(const SurfaceContact<Dim>& contact, const GrainSurface<Dim>& other,
                            const typename GrainSurface<Dim>::Projection& p, const Vector<Dim>& x,
                            Array<SurfaceContact<Dim>>& contacts) {
     constexpr double crease = 0.02;  // so near to one over the diameter, a sample may come to lie in it
     for (const auto& plane : other.tangent_planes(x, p, crease * other.diameter())) {
-      hold(contact, other, plane, x);
       contacts.push_back(contact);
+      hold(contacts.back(), other, plane, x);
     }
   }
 };

@@ -15,7 +15,7 @@ struct NodeWeight {
   double weight;
 };
 /// A point of a grain, or a mean of such points: the shares sum to one.
-using NodeWeights = Array<NodeWeight>;
+using NodeWeights = InlineArray<NodeWeight, 6>;
 
 /// The point at nodal positions x; of other nodal fields the mean with the same shares.
 template <class Nodal>

@@ -134,10 +134,12 @@ struct WeightedContact {
 
    private:
     static void add(Index node, double weight, NodeWeights& weights) {
-      auto entry = std::find_if(weights.begin(), weights.end(),
-                                [&](const NodeWeight& known) { return known.node == node; });
-      if (entry == weights.end()) entry = weights.insert(entry, {node, 0.0});
-      entry->weight += weight;
+      auto* entry = std::find_if(weights.begin(), weights.end(),
+                                 [&](const NodeWeight& known) { return known.node == node; });
+      if (entry == weights.end())
+        weights.push_back({node, weight});
+      else
+        entry->weight += weight;
     }
   };
 

@@ -30,28 +30,34 @@ FaceShape<Dim> face_shape(Index n_nodes, const FaceCoordinates<Dim>& xi) {
   FaceShape<Dim> s;
   s.value.setZero();
   s.derivative.setZero();
+  const auto put = [&s](int i, double value, const auto&... derivative) {
+    s.value[i] = value;
+    int k = 0;
+    ((s.derivative(i, k++) = derivative), ...);
+  };
   if constexpr (Dim == 2) {
     const double t = xi[0];
     if (n_nodes == 2) {
-      s.value.template head<2>() << 1 - t, t;
-      s.derivative.template topRows<2>() << -1, 1;
+      put(0, 1 - t, -1.0);
+      put(1, t, 1.0);
     } else {
-      s.value << (1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t);
-      s.derivative << 4 * t - 3, 4 * t - 1, 4 - 8 * t;
+      put(0, (1 - t) * (1 - 2 * t), 4 * t - 3);
+      put(1, t * (2 * t - 1), 4 * t - 1);
+      put(2, 4 * t * (1 - t), 4 - 8 * t);
     }
   } else {
     const double a = 1 - xi[0] - xi[1], b = xi[0], c = xi[1];
     if (n_nodes == 3) {
-      s.value.template head<3>() << a, b, c;
-      s.derivative.template topRows<3>() << -1, -1, 1, 0, 0, 1;
+      put(0, a, -1.0, -1.0);
+      put(1, b, 1.0, 0.0);
+      put(2, c, 0.0, 1.0);
     } else {
-      s.value << a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a;
-      s.derivative << 1 - 4 * a, 1 - 4 * a,  //
-          4 * b - 1, 0,                      //
-          0, 4 * c - 1,                      //
-          4 * (a - b), -4 * b,               //
-          4 * c, 4 * b,                      //
-          -4 * c, 4 * (a - c);
+      put(0, a * (2 * a - 1), 1 - 4 * a, 1 - 4 * a);
+      put(1, b * (2 * b - 1), 4 * b - 1, 0.0);
+      put(2, c * (2 * c - 1), 0.0, 4 * c - 1);
+      put(3, 4 * a * b, 4 * (a - b), -4 * b);
+      put(4, 4 * b * c, 4 * c, 4 * b);
+      put(5, 4 * c * a, -4 * c, 4 * (a - c));
     }
   }
   return s;
