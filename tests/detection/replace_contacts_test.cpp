@@ -45,3 +45,16 @@ TEST_CASE("a force stays with the face it is on, and goes with the sample where 
   CHECK(set.contact[0].face == 1);
   CHECK(set.contact[1].face == 0);
 }
+
+TEST_CASE("a sample that is kept for its force does not part the next one from its own") {
+  SurfaceContacts<2, 2> set;
+  set.contact = {contact(2, 0), contact(3, 1), contact(3, 2)};
+  set.reaction = {{1, 0}, {2, 0}, {0, 3}};
+  CHECK(replace_contacts(set, {contact(3, 2), contact(3, 1)}) == Array<Index>{0});
+  REQUIRE(set.size() == 3);
+  CHECK(set.contact[0].sample == 2);
+  CHECK(set.reaction[0] == Vector<2>(1, 0));
+  CHECK(set.contact[1].face == 2);
+  CHECK(set.reaction[1] == Vector<2>(0, 3));
+  CHECK(set.reaction[2] == Vector<2>(2, 0));
+}

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <iterator>
 #include <jampack/core/parallel.hpp>
 #include <jampack/detection/r_tree.hpp>
 #include <jampack/detection/sampled_contact.hpp>
@@ -79,45 +80,84 @@ void detect(const Discretisation& discretisation, const Array<GrainSurface<Dim>>
   });
   pairs.clear();
   walls.clear();
-  for (Index a = 0; a < n; ++a) {
-    pairs.insert(pairs.end(), found_pairs[a].begin(), found_pairs[a].end());
-    walls.insert(walls.end(), found_walls[a].begin(), found_walls[a].end());
-  }
+  const auto join = [](auto& parts, auto& all) {
+    Index size = 0;
+    for (const auto& part : parts) size += part.size();
+    all.reserve(size);
+    for (auto& part : parts)
+      all.insert(all.end(), std::make_move_iterator(part.begin()), std::make_move_iterator(part.end()));
+  };
+  join(found_pairs, pairs);
+  join(found_walls, walls);
 }
 
-/// Replaces the contacts of a set, keeping the reactions of those that stay (both lists sorted by key); what
-/// a sample carried on faces it has left goes to the one it is above. A sample that goes while it carries a
-/// force is kept with its contacts: only the solver may release it.
-template <int Dim, int N>
-void replace_contacts(SurfaceContacts<Dim, N>& set, const Array<SurfaceContact<Dim>>& fresh) {
-  SurfaceContacts<Dim, N> merged;
-  Index old = 0;
-  const auto keep_loaded = [&] {
+/// Replaces contacts of a set by fresh ones of the same samples (both lists sorted by key), keeping the
+/// reactions of those that stay; what a sample carried on faces it has left goes to the one it is above.
+/// Samples that are not among the fresh ones stay as they are if `stays(first, end)`, their contacts in the
+/// set, is true. Returns the first contact of each that stayed so.
+template <int Dim, int N, class Stays>
+Array<Index> merge_contacts(SurfaceContacts<Dim, N>& set, Array<SurfaceContact<Dim>> fresh, Stays stays) {
+  struct Piece {
+    Index first, end;  ///< contacts of the set
+    Index before;      ///< fresh one that comes next
+  };
+  Array<Piece> kept;
+  Array<ContactVector<N>> reaction(fresh.size(), ContactVector<N>::Zero());
+  Index old = 0, n_kept = 0;
+  const auto pass = [&](Index before) {
     const Index end = end_of_sample(set.contact, old);
-    const bool carries = std::any_of(set.reaction.begin() + old, set.reaction.begin() + end,
-                                     [](const auto& r) { return !r.isZero(0); });
-    for (; old < end; ++old)
-      if (carries) {
-        merged.contact.push_back(set.contact[old]);
-        merged.reaction.push_back(set.reaction[old]);
-      }
+    if (stays(old, end)) {
+      kept.push_back({old, end, before});
+      n_kept += end - old;
+    }
+    old = end;
   };
   for (Index first = 0; first < fresh.size();) {
-    const Index end = end_of_sample(fresh, first), begin = merged.size();
-    while (old < set.size() && set.contact[old].key() < fresh[first].key()) keep_loaded();
-    for (; first < end; ++first) {
-      merged.contact.push_back(fresh[first]);
-      merged.reaction.push_back(ContactVector<N>::Zero());
-    }
-    if (old == set.size() || set.contact[old].key() != merged.contact[begin].key()) continue;
-    for (const Index old_end = end_of_sample(set.contact, old); old < old_end; ++old) {
-      Index same = begin;
-      while (same < merged.size() && merged.contact[same].face != set.contact[old].face) ++same;
-      merged.reaction[same < merged.size() ? same : begin] += set.reaction[old];
-    }
+    const Index end = end_of_sample(fresh, first);
+    while (old < set.size() && set.contact[old].key() < fresh[first].key()) pass(first);
+    if (old < set.size() && set.contact[old].key() == fresh[first].key())
+      for (const Index old_end = end_of_sample(set.contact, old); old < old_end; ++old) {
+        Index same = first;
+        while (same < end && fresh[same].face != set.contact[old].face) ++same;
+        reaction[same < end ? same : first] += set.reaction[old];
+      }
+    first = end;
   }
-  while (old < set.size()) keep_loaded();
+  while (old < set.size()) pass(fresh.size());
+  if (kept.empty()) {
+    set.contact = std::move(fresh);
+    set.reaction = std::move(reaction);
+    return {};
+  }
+  SurfaceContacts<Dim, N> merged;
+  merged.contact.reserve(fresh.size() + n_kept);
+  merged.reaction.reserve(fresh.size() + n_kept);
+  const auto take = [&](Array<SurfaceContact<Dim>>& contact, const auto& force, Index first, Index end) {
+    merged.contact.insert(merged.contact.end(), std::make_move_iterator(contact.begin() + first),
+                          std::make_move_iterator(contact.begin() + end));
+    merged.reaction.insert(merged.reaction.end(), force.begin() + first, force.begin() + end);
+  };
+  Array<Index> where;
+  Index next = 0;
+  for (const Piece& piece : kept) {
+    take(fresh, reaction, next, piece.before);
+    next = piece.before;
+    where.push_back(merged.size());
+    take(set.contact, set.reaction, piece.first, piece.end);
+  }
+  take(fresh, reaction, next, fresh.size());
   set = std::move(merged);
+  return where;
+}
+
+/// Replaces all contacts of a set, as merge_contacts() does. A sample that goes while it carries a force is
+/// kept with its contacts, as only the solver may release it; returned is the first contact of each of those.
+template <int Dim, int N>
+Array<Index> replace_contacts(SurfaceContacts<Dim, N>& set, Array<SurfaceContact<Dim>> fresh) {
+  return merge_contacts(set, std::move(fresh), [&](Index first, Index end) {
+    return std::any_of(set.reaction.begin() + first, set.reaction.begin() + end,
+                       [](const auto& r) { return !r.isZero(0); });
+  });
 }
 
 }  // namespace jampack

@@ -31,15 +31,12 @@ class WatchedContacts {
     Array<SurfaceContact<Dim>> found_pairs, found_walls;
     detect(discretisation, surfaces_, packing.room,
            DetectionRange{reach, 0.1 * packing.mean_diameter(), samples}, threads, found_pairs, found_walls);
-    replace_contacts(pairs, found_pairs);
-    replace_contacts(walls, found_walls);
+    // What detection did not find and is kept carries a force.
+    const auto kept = replace_contacts(pairs, std::move(found_pairs));
+    replace_contacts(walls, std::move(found_walls));
     detected_at_ = x;
     detected_ = samples;
-    // What detection did not find is here because it carries a force.
-    const auto less = [](const auto& p, const auto& q) { return p.key() < q.key(); };
-    project(x, threads, [&](Index c) {
-      return !std::binary_search(found_pairs.begin(), found_pairs.end(), pairs.contact[c], less);
-    });
+    project(x, threads, kept);
   }
 
   /// New frames at x for what may come to carry; new contacts too where a node has moved far since they were
@@ -52,7 +49,10 @@ class WatchedContacts {
       return find(packing, x, reach, SampleSet::all, threads);
     const double near = 0.1 * reach;
     update_surfaces(packing, x, threads);
-    project(x, threads, [&](Index c) { return least_gap(c, x) < near; });
+    Array<Index> chosen;
+    for (Index c = 0; c < pairs.size(); c = end_of_sample(pairs.contact, c))
+      if (least_gap(c, x) < near) chosen.push_back(c);
+    project(x, threads, chosen);
     for (auto& contact : walls.contact)
       if (contact.gap < near)
         discretisation.renew_at_wall(discretisation.place(surfaces_[contact.candidate], contact.sample),
@@ -103,30 +103,24 @@ class WatchedContacts {
     return least;
   }
 
-  /// Frames at x of those samples between grains that are chosen, by their first contact; those at walls do
-  /// not change.
-  template <class Chosen>
-  void project(const Array<Nodal>& x, Threads threads, Chosen chosen) {
-    Array<Index> first;
-    for (Index c = 0; c < pairs.size(); c = end_of_sample(pairs.contact, c)) first.push_back(c);
+  /// Frames at x of these samples between grains, given by their first contacts.
+  void project(const Array<Nodal>& x, Threads threads, const Array<Index>& first) {
     constexpr Index chunk = 64;
     Array<Array<SurfaceContact<Dim>>> chunks((first.size() + chunk - 1) / chunk);
     parallel_for(threads, chunks.size(), [&](Index k) {
       for (Index s = k * chunk; s < std::min(first.size(), (k + 1) * chunk); ++s) {
         const Index c = first[s], end = end_of_sample(pairs.contact, c);
         const auto& contact = pairs.contact[c];
-        if (chosen(c)) {
-          const auto place = discretisation.place(surfaces_[contact.candidate], contact.sample);
-          if (discretisation.renew(place, surfaces_[contact.antagonist], contact, chunks[k])) continue;
-          // A point that is not opposite the other grain any more keeps the planes it was held at.
-          for (Index i = c; i < end; ++i) pairs.contact[i].gap = held_gap(pairs.contact[i], x);
-        }
-        chunks[k].insert(chunks[k].end(), pairs.contact.begin() + c, pairs.contact.begin() + end);
+        const auto place = discretisation.place(surfaces_[contact.candidate], contact.sample);
+        if (discretisation.renew(place, surfaces_[contact.antagonist], contact, chunks[k])) continue;
+        // A point that is not opposite the other grain any more keeps the planes it was held at.
+        for (Index i = c; i < end; ++i) pairs.contact[i].gap = held_gap(pairs.contact[i], x);
       }
     });
     Array<SurfaceContact<Dim>> all;
-    for (const auto& part : chunks) all.insert(all.end(), part.begin(), part.end());
-    replace_contacts(pairs, all);
+    for (auto& part : chunks)
+      all.insert(all.end(), std::make_move_iterator(part.begin()), std::make_move_iterator(part.end()));
+    if (!all.empty()) merge_contacts(pairs, std::move(all), [](Index, Index) { return true; });
   }
 
   template <class Reactions, int M>
