@@ -19,6 +19,7 @@
 #include <jampack/geometry/half_space.hpp>
 #include <jampack/geometry/orientation.hpp>
 #include <jampack/geometry/point_cloud.hpp>
+#include <jampack/geometry/ray_crossings.hpp>
 #include <jampack/geometry/solid_angle.hpp>
 
 #include <jampack/mesh/ball_mesh.hpp>
@@ -75,6 +76,7 @@
 #include <jampack/detection/grain_surface.hpp>
 #include <jampack/detection/r_tree.hpp>
 #include <jampack/detection/sampled_contact.hpp>
+#include <jampack/detection/surface_bounds.hpp>
 #include <jampack/detection/surface_contact.hpp>
 #include <jampack/detection/surface_detection.hpp>
 #include <jampack/detection/weighted_contact.hpp>

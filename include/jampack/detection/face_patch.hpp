@@ -66,6 +66,31 @@ class FacePatch {
     return t;
   }
 
+  /// Cuts the face into small flat pieces and calls visit(corners) for each, corners as see(point) has them.
+  template <class See, class Visit>
+  void for_each_piece(See see, Visit visit) const {
+    constexpr std::size_t n = 5;  // pieces a side
+    if constexpr (Dim == 2) {
+      const auto corner = [&](std::size_t i) -> Vector<2> {
+        return see(point_of(value(FaceCoordinates<2>(double(i) / n))));
+      };
+      for (std::size_t i = 0; i < n; ++i) visit(std::array{corner(i), corner(i + 1)});
+    } else {
+      const auto corner = [&](std::size_t i, std::size_t j) -> Vector<3> {
+        return see(point_of(value(FaceCoordinates<3>(double(i) / n, double(j) / n))));
+      };
+      std::array<Vector<3>, n + 1> row, next;
+      for (std::size_t j = 0; j <= n; ++j) row[j] = corner(0, j);
+      for (std::size_t i = 0; i < n; ++i, row = next) {
+        for (std::size_t j = 0; i + j < n; ++j) next[j] = corner(i + 1, j);
+        for (std::size_t j = 0; i + j < n; ++j) {
+          visit(std::array{row[j], next[j], row[j + 1]});
+          if (i + j + 1 < n) visit(std::array{next[j], next[j + 1], row[j + 1]});
+        }
+      }
+    }
+  }
+
  private:
   template <int Row, class Nodal>
   void set(const BoundaryFace<Dim>& face, const Nodal& field) {

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <jampack/core/inline_array.hpp>
 #include <jampack/detection/face_patch.hpp>
-#include <jampack/geometry/point_cloud.hpp>
-#include <jampack/geometry/solid_angle.hpp>
+#include <jampack/detection/surface_bounds.hpp>
 #include <jampack/mesh/boundary_surface.hpp>
 #include <limits>
 #include <utility>
@@ -51,7 +50,7 @@ class GrainSurface {
     }
     for (const Index i : boundary.nodes) normal_.col(i).normalize();
     for (Index f = 0; f < boundary.faces.size(); ++f) patches_[f].set_normals(boundary.faces[f], normal_);
-    find_hull();
+    bounds_.update(boundary, position, normal_);
   }
 
   const Boundary<Dim>& boundary() const { return *boundary_; }
@@ -107,33 +106,21 @@ class GrainSurface {
   }
 
   /// The boundary node closest to a point, and its squared distance.
-  std::pair<Index, double> nearest_node(const Vector<Dim>& x) const {
-    const auto [i, distance] = cloud_.nearest(x);
-    return {boundary_->nodes[i], distance};
-  }
+  std::pair<Index, double> nearest_node(const Vector<Dim>& x) const { return bounds_.nearest_node(x); }
 
   /// Is x above the plane that touches the whole grain from outside, along the normal of this node, by more
   /// than `distance`? Then it has no projection with a smaller gap.
-  bool is_above_hull(const Vector<Dim>& x, Index node, double distance) const {
+  bool is_above_all(const Vector<Dim>& x, Index node, double distance) const {
     constexpr double round_off = 2e-6;  // of what is called a projection
-    return normal_.col(node).dot(x) - hull_[node] >
+    return bounds_.height(x, node, normal_) >
            std::max(distance, known_side * diameter_) + round_off * diameter_;
   }
 
   /// Is x inside? Exact but for points as near to the surface as a fifth of a face's side leaves its chord.
-  bool contains(const Vector<Dim>& x) const {
-    constexpr Index fine = 5;
-    // Beyond, a face seen as one piece does.
-    const double near = 1.5 * boundary_->edge_length * diameter_;
-    double winding = 0;
-    for (Index f = 0; f < boundary_->faces.size(); ++f) {
-      const auto& face = boundary_->faces[f];
-      bool is_near = false;
-      for (Index i = 0; i < face.n_nodes; ++i)
-        is_near = is_near || (position_->col(face.node[std::size_t(i)]) - x).norm() < near;
-      winding += winding_of_face(x, f, is_near ? fine : 1);
-    }
-    return winding > 0.5;
+  bool contains(const Vector<Dim>& x) const { return contains(x, nearest_node(x).first); }
+  bool contains(const Vector<Dim>& x, Index nearest) const {
+    return bounds_.height(x, nearest, normal_) <= 0 &&
+           bounds_.contains(x, normal_.col(nearest), patches_, 1e-12 * diameter_);
   }
 
   /// Projects x along the normal field, walking from face to face from the nearest node. (3) of
@@ -151,7 +138,7 @@ class GrainSurface {
     if (best.on_surface && best.gap > -trusted_depth * diameter_ &&
         (is_outside ? best.gap <= 1.01 * distance : best.gap < trusted_height * diameter_))
       return best;
-    const double side = normal_.col(nearest).dot(x) < hull_[nearest] && contains(x) ? -1 : 1;
+    const double side = contains(x, nearest) ? -1 : 1;
     const auto fits = [&](const Projection& p) {
       return p.on_surface && side * p.gap >= -known_side * diameter_;
     };
@@ -216,51 +203,6 @@ class GrainSurface {
           if (std::find(found.begin(), found.end(), next) == found.end()) found.push_back(next);
     }
     return found;
-  }
-
-  /// The surface lies within the convex hull of its corners and, for each mid node, that point which with the
-  /// ends of the side spans the parabola.
-  void find_hull() {
-    const auto& nodes = boundary_->nodes;
-    Nodal control = *position_;
-    for (const auto& face : boundary_->faces)
-      for (Index i = Dim; i < face.n_nodes; ++i) {
-        const auto corner = [&](Index k) { return position_->col(face.node[std::size_t(k % Dim)]); };
-        const Index mid = face.node[std::size_t(i)];
-        control.col(mid) = 2 * position_->col(mid) - 0.5 * (corner(i - Dim) + corner(i - Dim + 1));
-      }
-    PointCloud<Dim> hull;
-    cloud_.assign(nodes.size());
-    hull.assign(nodes.size());
-    for (Index i = 0; i < nodes.size(); ++i) {
-      cloud_.set(i, position_->col(nodes[i]));
-      hull.set(i, control.col(nodes[i]));
-    }
-    hull_.resize(position_->cols());
-    for (const Index i : nodes) hull_[i] = hull.reach(normal_.col(i));
-  }
-
-  /// Of face f cut into n pieces a side, about x.
-  double winding_of_face(const Vector<Dim>& x, Index f, Index n) const {
-    const double side = 1 / double(n);
-    double winding = 0;
-    for (Index i = 0; i < n; ++i)
-      if constexpr (Dim == 2) {
-        const auto corner = [&](Index k) {
-          return Vector<2>(point(f, FaceCoordinates<2>(side * double(k))) - x);
-        };
-        winding += solid_angle<2>({corner(i), corner(i + 1)});
-      } else {
-        const auto corner = [&](Index k, Index l) {
-          return Vector<3>(point(f, side * FaceCoordinates<3>(double(k), double(l))) - x);
-        };
-        for (Index j = 0; i + j < n; ++j) {
-          winding += solid_angle<3>({corner(i, j), corner(i + 1, j), corner(i, j + 1)});
-          if (i + j + 1 < n)
-            winding += solid_angle<3>({corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)});
-        }
-      }
-    return winding;
   }
 
   Projection walk(const Vector<Dim>& x, Index start) const {
@@ -351,9 +293,7 @@ class GrainSurface {
   const Nodal* position_ = nullptr;
   Nodal normal_;
   Array<FacePatch<Dim>> patches_;
-  PointCloud<Dim> cloud_;  ///< the boundary nodes, in their order
-  /// Of a mesh node on the boundary: how far the whole grain reaches along the normal there.
-  Array<double> hull_;
+  SurfaceBounds<Dim> bounds_;
   double diameter_ = 1;
 };
 

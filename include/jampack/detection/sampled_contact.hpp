@@ -56,7 +56,7 @@ struct SampledContact {
     const auto [node, distance] = other.nearest_node(place.point);
     const double edge = other.boundary().edge_length * other.diameter();
     if (std::sqrt(distance) > range.reach + range.depth + 2 * edge) return;
-    if (other.is_above_hull(place.point, node, range.reach)) return;
+    if (other.is_above_all(place.point, node, range.reach)) return;
     const auto p = other.project(place.point, node);
     contact.slack = slack(place, leads);
     if (!p.on_surface || p.gap + contact.slack > range.reach || p.gap < -range.depth ||
