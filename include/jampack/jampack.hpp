@@ -135,6 +135,7 @@
 
 #include <jampack/analysis/audit.hpp>
 #include <jampack/analysis/audit_compliance.hpp>
+#include <jampack/analysis/audit_hull.hpp>
 #include <jampack/analysis/audit_network.hpp>
 #include <jampack/analysis/audit_penetration.hpp>
 #include <jampack/analysis/audit_report.hpp>

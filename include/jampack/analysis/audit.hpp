@@ -139,8 +139,12 @@ class Audit {
       for (Index s = 0; s < boundary_.samples.size(); ++s) {
         const Sample& sample = boundary_.samples[s];
         const Vector<Dim> x = at_sample(sample, state_.grains[a].position);
+        const auto sample_begin = known.lower_bound({a, s, std::numeric_limits<Index>::min()});
+        const auto sample_end = known.lower_bound({a, s + 1, std::numeric_limits<Index>::min()});
         const auto visit = [&](Index antagonist, auto project, Index n_unknowns) {
-          const auto [begin, end] = known.equal_range({a, s, antagonist});
+          const auto is_of = [&](const auto& entry) { return std::get<2>(entry.first) == antagonist; };
+          const auto begin = std::find_if(sample_begin, sample_end, is_of);
+          const auto end = std::find_if_not(begin, sample_end, is_of);
           const bool carries =
               std::any_of(begin, end, [](const auto& entry) { return !entry.second->reaction.isZero(0); });
           if (!carries && antagonist >= 0 && !surfaces_[antagonist].may_reach(x, 0)) return;

@@ -3,9 +3,10 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <jampack/mesh/mesh.hpp>
+#include <jampack/analysis/audit_hull.hpp>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 namespace jampack {
 
@@ -57,6 +58,9 @@ class AuditSurface {
       add_points(patches_.size() - 1, face.n_nodes == Dim ? linear_cuts : quadratic_cuts);
       bound(patch, face, x);
     }
+    Array<Vector<Dim>> outward;
+    for (const Patch& patch : patches_) outward.push_back(patch.middle_normal);
+    hull_.emplace(mesh, x, outward);
   }
 
   /// Weights of the nodes of a face at xi, in the order of face.node.
@@ -116,9 +120,10 @@ class AuditSurface {
     return project(x, within, [](Index) { return true; });
   }
 
-  /// Is x in the bounding box widened by `margin`?
+  /// Is x in the bounding box, and in the hull, both widened by `margin`?
   bool may_reach(const Vector<Dim>& x, double margin) const {
-    return ((x - lower).array() >= -margin).all() && ((upper - x).array() >= -margin).all();
+    return ((x - lower).array() >= -margin).all() && ((upper - x).array() >= -margin).all() &&
+           !hull_->is_beyond(x, margin);
   }
 
   Vector<Dim> position(Index f, const Coordinates& xi) const { return at(patches_[f], xi); }
@@ -342,6 +347,7 @@ class AuditSurface {
 
   const Mesh<Dim>* mesh_;
   Array<Patch> patches_;
+  std::optional<AuditHull<Dim>> hull_;
 };
 
 }  // namespace jampack
