@@ -154,6 +154,49 @@ TEST_CASE("One dense compliance a grain: W is the sum over grains") {
   check_consistent(delassus);
 }
 
+TEST_CASE("Contacts without friction bring one row each into a grain's compliance") {
+  // Contact 1 has its normal unknown only: W with its tangential rows and columns left out.
+  Eigen::MatrixXd full[2];
+  for (auto& c : full) {
+    const Eigen::MatrixXd a = Eigen::MatrixXd::Random(6, 6);
+    c = a * a.transpose();
+  }
+  Array<GrainCompliance<3>> whole(2), reduced(2);
+  const Eigen::Vector4i kept(0, 1, 2, 3);
+  for (Index g = 0; g < 2; ++g) {
+    whole[g] = {{0, 1}, {1, g == 0 ? 1.0 : -1.0}, full[g]};
+    reduced[g] = {{0, 1}, {1, g == 0 ? 1.0 : -1.0}, full[g](kept, kept), {3, 1}};
+  }
+  const GrainComplianceDelassus<3> all(2, whole), few(2, reduced);
+  Eigen::MatrixXd expected = dense(all);
+  for (const Index i : {4, 5}) {
+    expected.row(i).setZero();
+    expected.col(i).setZero();
+  }
+  CHECK(few.n_stored() == 2 * 4 * 4);
+  CHECK(few.n_rows(0) == 3);
+  CHECK(few.n_rows(1) == 1);
+  CHECK((dense(few) - expected).norm() <= 1e-14 * expected.norm());
+  CHECK((dense(as_block_sparse(few)) - expected).norm() <= 1e-14 * expected.norm());
+  for (const Index c : {0, 1})
+    for (const Index d : {0, 1})
+      CHECK((few.block(c, d) - expected.block<3, 3>(3 * c, 3 * d)).norm() <= 1e-14 * expected.norm());
+  CHECK(few.diagonal_block(1)(0, 0) == expected(3, 3));
+  Eigen::VectorXd r = Eigen::VectorXd::Zero(6);
+  auto motion = few.motion(r);
+  for (Index c = 0; c < 2; ++c) {
+    const ContactVector<3> change(1, c == 0 ? 2 : 0, c == 0 ? 3 : 0);
+    r.segment<3>(3 * c) += change;
+    few.change(motion, c, change);
+  }
+  for (Index c = 0; c < 2; ++c)
+    CHECK((few.velocity(motion, r, c) - expected.middleRows<3>(3 * c) * r).norm() <= 1e-13 * r.norm());
+
+  reduced[1].n_rows = {3, 3};
+  reduced[1].compliance = full[1];
+  CHECK_THROWS_AS(GrainComplianceDelassus<3>(2, reduced), InvalidInput);
+}
+
 TEST_CASE("Impossible operators are refused") {
   CHECK_THROWS_AS(BlockSparseDelassus<2>(1, {{0, 1, Matrix<2>::Identity()}}), InvalidInput);
   CHECK_THROWS_AS(BlockSparseDelassus<2>(1, {{0, 0, Matrix<2>::Constant(std::nan(""))}}), InvalidInput);

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <jampack/core/array.hpp>
+#include <utility>
 
 namespace jampack {
 
@@ -12,6 +14,13 @@ inline std::uint64_t splitmix(std::uint64_t& state) {
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
   return z ^ (z >> 31);
+}
+
+/// Puts `items` into a random order, every one as likely as any other.
+template <class T>
+void shuffle(Array<T>& items, std::uint64_t& state) {
+  for (Index i = items.size() - 1; i > 0; --i)
+    std::swap(items[i], items[static_cast<Index>(splitmix(state) % static_cast<std::uint64_t>(i + 1))]);
 }
 
 }  // namespace jampack

@@ -6,6 +6,7 @@
 #include <jampack/problem/block_sparse_delassus.hpp>
 #include <jampack/problem/delassus.hpp>
 #include <jampack/problem/rows_times.hpp>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -16,7 +17,10 @@ template <int N>
 struct GrainCompliance {
   Array<Index> contact;        ///< contacts of this grain, each once
   Array<double> sign;          ///< +1 where the grain is the candidate, -1 where it is the antagonist
-  Eigen::MatrixXd compliance;  ///< N contact.size() square, in the contacts' local axes, reaction taken as +r
+  Eigen::MatrixXd compliance;  ///< square, in the contacts' local axes, reaction taken as +r
+  /// Of each contact in `compliance`: N, or 1 for one without friction, whose tangential reactions are none.
+  /// Empty: N of all.
+  Array<int> n_rows = {};
 };
 
 /// W = sum over grains of S^T C S with one dense C a grain; a contact belongs to one grain (a wall is the
@@ -36,49 +40,63 @@ class GrainComplianceDelassus {
       : places_(n_contacts), diagonal_(n_contacts, Block::Zero()) {
     for (Index g = 0; g < grains.size(); ++g) {
       GrainCompliance<N>& grain = grains[g];
-      const Index size = grain.contact.size(), width = N * size;
-      require(grain.sign.size() == size && grain.compliance.rows() == width &&
+      const Index size = grain.contact.size();
+      if (grain.n_rows.empty()) grain.n_rows.assign(size, N);
+      const Index width = std::accumulate(grain.n_rows.begin(), grain.n_rows.end(), Index{0});
+      require(grain.sign.size() == size && grain.n_rows.size() == size && grain.compliance.rows() == width &&
                   grain.compliance.cols() == width && grain.compliance.allFinite(),
               "grain compliance " + std::to_string(g) + ": sizes do not fit or a value is not finite");
+      Array<double> sign;  // of each row
+      for (Index i = 0; i < size; ++i) sign.insert(sign.end(), std::size_t(grain.n_rows[i]), grain.sign[i]);
       const Index start = values_.size(),
                   stride = (width + RowSums<N>::lanes - 1) / RowSums<N>::lanes * RowSums<N>::lanes;
       values_.resize(start + width * stride, 0.0);
       n_stored_ += width * width;
       for (Index i = 0; i < width; ++i)
         for (Index j = 0; j < width; ++j)
-          values_[start + i * stride + j] = grain.sign[i / N] * grain.sign[j / N] * grain.compliance(i, j);
-      for (Index i = 0; i < size; ++i) {
+          values_[start + i * stride + j] = sign[i] * sign[j] * grain.compliance(i, j);
+      for (Index i = 0, row = 0; i < size; row += grain.n_rows[i], ++i) {
         const Index c = grain.contact[i];
+        const int rows = grain.n_rows[i];
         require(
             c >= 0 && c < n_contacts && places_[c].count < 2,
             "grain compliance " + std::to_string(g) + ": contact out of range or on more than two grains");
         Place& place = places_[c];
-        place.part[place.count++] = {start + N * i * stride, n_gathered_, stride, n_gathered_ + N * i, g};
-        diagonal_[c] += grain.sign[i] * grain.sign[i] * grain.compliance.template block<N, N>(N * i, N * i);
+        require((rows == 1 || rows == N) && (place.count == 0 || rows == place.n_rows),
+                "grain compliance " + std::to_string(g) + ": a contact has 1 or " + std::to_string(N) +
+                    " unknowns, the same on both grains");
+        place.n_rows = rows;
+        place.part[place.count++] = {start + row * stride, n_gathered_, stride, n_gathered_ + row, g};
+        diagonal_[c].topLeftCorner(rows, rows) += grain.compliance.block(row, row, rows, rows);
       }
       n_gathered_ += stride;
-      members_.push_back({start, stride, std::move(grain.contact)});
+      members_.push_back({start, stride, width, std::move(grain.contact)});
     }
-    for (Index c = 0; c < n_contacts; ++c)
+    for (Index c = 0; c < n_contacts; ++c) {
       require(places_[c].count > 0, "grain compliances: contact " + std::to_string(c) + " is on no grain");
+      for (int i = places_[c].n_rows; i < N; ++i) diagonal_[c](i, i) = diagonal_[c](0, 0);
+    }
   }
 
   Index n_contacts() const { return places_.size(); }
   Index n_stored() const { return n_stored_; }  ///< stored scalars
   Index n_grains() const { return members_.size(); }
+  /// That of a contact with one unknown is its W_NN times the identity, so that it is regular.
   const Block& diagonal_block(Index c) const { return diagonal_[c]; }
 
   /// W_cd.
   Block block(Index c, Index d) const {
-    using Rows = Eigen::Matrix<double, N, N, N == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, N, N>;
+    const int n_rows = places_[c].n_rows, n_columns = places_[d].n_rows;
     Block sum = Block::Zero();
     for (int k = 0; k < places_[c].count; ++k)
       for (int l = 0; l < places_[d].count; ++l) {
         const Part& row = places_[c].part[k];
         const Part& column = places_[d].part[l];
         if (row.grain == column.grain)
-          sum += Eigen::Map<const Rows, 0, Eigen::OuterStride<>>(
-              values_.data() + row.row + column.own - column.gathered, Eigen::OuterStride<>(row.stride));
+          sum.topLeftCorner(n_rows, n_columns) += Eigen::Map<const Rows, 0, Eigen::OuterStride<>>(
+              values_.data() + row.row + column.own - column.gathered, n_rows, n_columns,
+              Eigen::OuterStride<>(row.stride));
       }
     return sum;
   }
@@ -89,9 +107,13 @@ class GrainComplianceDelassus {
     for (Index g = 0; g < n_grains(); ++g) {
       const auto c = compliance(g).transpose();
       const Array<Index>& contact = members_[g].contact;
-      for (Index i = 0; i < contact.size(); ++i)
-        for (Index j = 0; j < contact.size(); ++j)
-          all.push_back({contact[i], contact[j], c.template block<N, N>(N * i, N * j)});
+      for (Index i = 0, row = 0; i < contact.size(); row += places_[contact[i++]].n_rows)
+        for (Index j = 0, column = 0; j < contact.size(); column += places_[contact[j++]].n_rows) {
+          Block block = Block::Zero();
+          const int n_rows = places_[contact[i]].n_rows, n_columns = places_[contact[j]].n_rows;
+          block.topLeftCorner(n_rows, n_columns) = c.block(row, column, n_rows, n_columns);
+          all.push_back({contact[i], contact[j], block});
+        }
     }
     return all;
   }
@@ -102,19 +124,22 @@ class GrainComplianceDelassus {
     return motion;
   }
 
+  /// Of a contact with one unknown only the normal velocity is other than zero.
   ContactVector<N> velocity(const Motion& motion, const Eigen::VectorXd&, Index c) const {
-    RowSums<N> sums;
     const Place& place = places_[c];
-    for (int k = 0; k < place.count; ++k) {
-      const Part& part = place.part[k];
-      sums.add(values_.data() + part.row, part.stride, part.stride, motion.gathered.data() + part.gathered);
-    }
-    return sums.sums();
+    if (place.n_rows == N) return row_sums<N>(place, motion);
+    ContactVector<N> u = ContactVector<N>::Zero();
+    u[0] = row_sums<1>(place, motion)[0];
+    return u;
   }
 
   void change(Motion& motion, Index c, const ContactVector<N>& dr) const {
     const Place& place = places_[c];
-    for (int k = 0; k < place.count; ++k) motion.gathered.template segment<N>(place.part[k].own) += dr;
+    for (int k = 0; k < place.count; ++k)
+      if (place.n_rows == N)
+        motion.gathered.template segment<N>(place.part[k].own) += dr;
+      else
+        motion.gathered[place.part[k].own] += dr[0];
   }
 
   /// Visits the one or two grains of contact c.
@@ -123,20 +148,22 @@ class GrainComplianceDelassus {
     for (int k = 0; k < places_[c].count; ++k) visit(places_[c].part[k].grain);
   }
 
-  /// visit(grain, place) for the one or two grains of contact c, `place` its number among the grain's.
+  /// visit(grain, row) for the one or two grains of contact c, `row` the first of its n_rows(c) rows of C.
   template <class Visit>
   void for_each_place(Index c, Visit visit) const {
     for (int k = 0; k < places_[c].count; ++k) {
       const Part& part = places_[c].part[k];
-      visit(part.grain, (part.own - part.gathered) / N);
+      visit(part.grain, part.own - part.gathered);
     }
   }
+  /// Unknowns of contact c that W knows: N, or 1.
+  int n_rows(Index c) const { return places_[c].n_rows; }
 
   /// C of a grain, the signs of its contacts taken in; its columns are the rows stored (it is symmetric).
   Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> compliance(Index grain) const {
     const Members& members = members_[grain];
-    const Index width = N * members.contact.size();
-    return {values_.data() + members.start, width, width, Eigen::OuterStride<>(members.stride)};
+    return {values_.data() + members.start, members.width, members.width,
+            Eigen::OuterStride<>(members.stride)};
   }
 
   /// From now on apply() uses `product`: the same by a cheaper way than through the stored C.
@@ -153,21 +180,33 @@ class GrainComplianceDelassus {
 
  private:
   struct Part {
-    Index row;       // first value of the contact's N rows
+    Index row;       // first value of the contact's rows
     Index gathered;  // the grain's gathered reactions
     Index stride;    // from row to row: their length, padded with zeros
     Index own;       // the contact's own place among all gathered reactions
     Index grain;
   };
   struct Place {
-    int count = 0;
+    int count = 0, n_rows = N;
     Part part[2];
   };
   struct Members {
     Index start;   // of the grain's C among all values
     Index stride;  // from row to row
+    Index width;   // of C
     Array<Index> contact;
   };
+
+  template <int M>
+  ContactVector<M> row_sums(const Place& place, const Motion& motion) const {
+    RowSums<M> sums;
+    for (int k = 0; k < place.count; ++k) {
+      const Part& part = place.part[k];
+      sums.add(values_.data() + part.row, part.stride, part.stride, motion.gathered.data() + part.gathered);
+    }
+    return sums.sums();
+  }
+
   Array<Place> places_;
   Array<Members> members_;
   Array<double> values_;

@@ -61,10 +61,7 @@ class GaussSeidelSweeps {
   }
 
   void reverse() { std::reverse(order_.begin(), order_.end()); }
-  void shuffle(std::uint64_t& state) {
-    for (Index i = order_.size() - 1; i > 0; --i)
-      std::swap(order_[i], order_[static_cast<Index>(splitmix(state) % static_cast<std::uint64_t>(i + 1))]);
-  }
+  void shuffle(std::uint64_t& state) { jampack::shuffle(order_, state); }
 
  private:
   double coloured_sweep(Eigen::VectorXd& r, double relaxation) {

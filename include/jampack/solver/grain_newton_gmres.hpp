@@ -128,11 +128,12 @@ class GrainNewtonGmres {
     });
     parallel_for(threads_, groups_.size(), [&](Index k) {
       Group& group = groups_[k];
-      group.modes.resize(N * group.contacts.size(), group.n_modes);
+      group.modes.setZero(N * group.contacts.size(), group.n_modes);
       for (Index i = 0; i < group.contacts.size(); ++i) {
         Index column = 0;
-        w_.for_each_place(group.contacts[i], [&](Index grain, Index place) {
-          group.modes.block(N * i, column, N, n_modes(grain)) = modes_[grain].middleRows(N * place, N);
+        const int rows = w_.n_rows(group.contacts[i]);
+        w_.for_each_place(group.contacts[i], [&](Index grain, Index row) {
+          group.modes.block(N * i, column, rows, n_modes(grain)) = modes_[grain].middleRows(row, rows);
           column += n_modes(grain);
         });
       }

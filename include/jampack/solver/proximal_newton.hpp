@@ -19,6 +19,7 @@ struct ProximalNewton {
   StoppingCriterion stop{.max_sweeps = 4000};  ///< max_sweeps: Newton iterations altogether
   double regularisation = 1e-3;                ///< alpha of the first proximal step, relative to 1/rho, > 0
   Index first_sweeps = 20;                     ///< Gauss–Seidel sweeps before the first step
+  Index max_rounds = 1;                        ///< of so many, while each brings the residual to 0.8
   Index max_newton = 20;                       ///< Newton iterations in one proximal step
   Index max_failures = 3;                      ///< line searches that may fail in one proximal step
   Index smoothing = 2;                         ///< sweeps after each trial step
@@ -36,8 +37,11 @@ struct ProximalNewton {
       RegularisedProblem<Matrix, typename Problem::LawType::Contact> step(
           w, problem.free_velocity, problem.law, iterate.rho(), threads);
       step.regularise(0, r);
-      step.sweep(r, first_sweeps);
-      iterate.judge(r);
+      for (Index round = 0; round < max_rounds && !iterate.converged(); ++round) {
+        const double before = iterate.value();
+        step.sweep(r, first_sweeps);
+        if (!(iterate.judge(r) < 0.8 * before)) break;
+      }
       Workspace work(r.size());
       double alpha = regularisation;
       while (!iterate.converged() && n_newton < stop.max_sweeps && !iterate.out_of_time()) {

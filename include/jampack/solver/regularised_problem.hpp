@@ -2,9 +2,10 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
+#include <jampack/core/splitmix.hpp>
 #include <jampack/problem/grain_compliance_delassus.hpp>
 #include <jampack/solver/alart_curnier.hpp>
-#include <jampack/solver/colouring.hpp>
 #include <jampack/solver/local_solver.hpp>
 #include <jampack/solver/newton_matrix.hpp>
 #include <memory>
@@ -41,7 +42,7 @@ class RegularisedProblem {
         n_rows_(n_),
         factor_(n_),
         constant_(n_) {
-    if constexpr (by_colour) colouring_ = colour_contacts(w);
+    for (Index c = 0; c < n_; ++c) order_.push_back(c);
   }
 
   /// Fixes alpha >= 0 and the centre.
@@ -74,14 +75,10 @@ class RegularisedProblem {
 
   void sweep(Eigen::VectorXd& r, Index n_sweeps) {
     motion_ = w_.motion(r);
-    for (Index k = 0; k < n_sweeps; ++k)
-      if constexpr (by_colour)
-        for_each_chunk(colouring_, threads_, [&](Index chunk) {
-          const auto& [first, last] = colouring_.chunks[chunk];
-          for (Index i = first; i < last; ++i) update(colouring_.order[i], r);
-        });
-      else
-        for (Index c = 0; c < n_; ++c) update(c, r);
+    for (Index k = 0; k < n_sweeps; ++k) {
+      if constexpr (in_random_order) shuffle(order_, random_);
+      for (const Index c : order_) update(c, r);
+    }
   }
 
   void project(Eigen::VectorXd& r) const {
@@ -119,8 +116,9 @@ class RegularisedProblem {
   }
 
  private:
-  /// Between deformable grains sweeps go by colour, as an update takes long enough to share them out.
-  static constexpr bool by_colour = std::is_same_v<Stored, GrainComplianceDelassus<N>>;
+  /// Between deformable grains sweeps in any fixed order need eight to twenty times as many
+  /// (docs/results/solvers.md).
+  static constexpr bool in_random_order = std::is_same_v<Stored, GrainComplianceDelassus<N>>;
 
   void update(Index c, Eigen::VectorXd& r) {
     const Vec old = r.template segment<N>(N * c);
@@ -147,7 +145,8 @@ class RegularisedProblem {
   Eigen::VectorXd centre_;
   Array<LocalSolver<N, DiagonalBlock>> local_;
   typename Stored::Motion motion_;
-  Colouring colouring_;
+  Array<Index> order_;  ///< of a sweep
+  std::uint64_t random_ = 1;
   Array<int> n_rows_;  ///< of each contact in the linear system
   Array<Block> factor_, constant_;
   std::unique_ptr<Matrix> matrix_;

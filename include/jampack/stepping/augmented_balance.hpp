@@ -61,26 +61,23 @@ class AugmentedBalance {
 
   /// Internal forces and tangents at x; false when a cell is inverted.
   bool linearise(const Packing& packing) {
-    Array<char> good(packing.grains.size(), 1);
-    parallel_for(threads, packing.grains.size(), [&](Index g) {
-      good[g] =
+    return for_each_grain(packing, [&](Index g) {
+      const bool good =
           packing.grains[g].internal_force_and_definite_tangent(*packing.model, x[g], force[g], tangent[g]);
       add_inertia(packing, g, tangent[g]);
+      return good;
     });
-    return std::all_of(good.begin(), good.end(), [](char ok) { return ok != 0; });
   }
 
-  /// theta K + M / (theta h^2) at x with the exact K, which need not be positive definite; `definite` of it,
-  /// in [0, 1], from the stand-in instead.
-  void blended_tangent(const Packing& packing, double definite, Array<BlockMatrix<Dim>>& blend) const {
-    blend.resize(x.size());
-    parallel_for(threads, x.size(), [&](Index g) {
-      Nodal at_x;
-      auto& own = blend[g];
-      packing.grains[g].internal_force_and_tangent(*packing.model, x[g], at_x, own);
-      add_inertia(packing, g, own);
-      for (Index k = 0; k < own.block.size(); ++k)
-        own.block[k] += definite * (tangent[g].block[k] - own.block[k]);
+  /// Internal forces at x, and theta K + M / (theta h^2) with the exact K, which need not be positive
+  /// definite; false when a cell is inverted. `tangent` stays what it was.
+  bool linearise_exactly(const Packing& packing, Array<BlockMatrix<Dim>>& exact) {
+    exact.resize(x.size());
+    return for_each_grain(packing, [&](Index g) {
+      const bool good =
+          packing.grains[g].internal_force_and_tangent(*packing.model, x[g], force[g], exact[g]);
+      add_inertia(packing, g, exact[g]);
+      return good;
     });
   }
 
@@ -195,6 +192,14 @@ class AugmentedBalance {
   }
 
  private:
+  /// Whether do_grain(g) held for all.
+  template <class DoGrain>
+  bool for_each_grain(const Packing& packing, const DoGrain& do_grain) const {
+    Array<char> good(packing.grains.size(), 1);
+    parallel_for(threads, good.size(), [&](Index g) { good[g] = do_grain(g); });
+    return std::all_of(good.begin(), good.end(), [](char ok) { return ok != 0; });
+  }
+
   /// A force without its pull, its tangential part cut to the friction bound.
   static Vector<Dim> within_cone(const Vector<Dim>& force, const Vector<Dim>& normal, double friction) {
     const double pressing = normal.dot(force);

@@ -10,6 +10,7 @@
 #include <jampack/problem/contact_problem.hpp>
 #include <jampack/problem/grain_compliance_delassus.hpp>
 #include <jampack/stepping/contact_spread.hpp>
+#include <numeric>
 
 namespace jampack {
 
@@ -57,44 +58,52 @@ class CondensedStep {
     spread_ = ContactSpread<Dim, N>(n_grains);
     for (Index c = 0; c < entries.size(); ++c) {
       const auto& contact = *entries[c].contact;
-      spread_.add(contact, c, rows(contact));
-      grains[contact.candidate].contact.push_back(c);
-      grains[contact.candidate].sign.push_back(1);
-      if (contact.is_wall()) continue;
-      grains[contact.antagonist].contact.push_back(c);
-      grains[contact.antagonist].sign.push_back(-1);
+      auto axes = rows(contact);
+      const int n_rows = contact.is_wall() ? 1 : N;  // walls have no friction
+      axes.bottomRows(N - n_rows).setZero();
+      spread_.add(contact, c, axes);
+      const auto belongs_to = [&](Index grain, double sign) {
+        grains[grain].contact.push_back(c);
+        grains[grain].sign.push_back(sign);
+        grains[grain].n_rows.push_back(n_rows);
+      };
+      belongs_to(contact.candidate, 1);
+      if (!contact.is_wall()) belongs_to(contact.antagonist, -1);
     }
     Eigen::VectorXd q = Eigen::VectorXd::Zero(N * entries.size());
     Array<Eigen::VectorXd> moved(n_grains);
     parallel_for(threads, n_grains, [&](Index g) {
       auto& grain = grains[g];
-      const Index m = grain.contact.size();
-      sides_[g] = {grain.contact, grain.sign};
+      sides_[g] = {grain.contact, grain.sign, grain.n_rows};
+      const Index m = std::accumulate(grain.n_rows.begin(), grain.n_rows.end(), Index{0});
       // Columns: the pulls of the contacts, then the load.
-      pull_[g].setZero(n, N * m + 1);
-      pull_[g].col(N * m) = -Eigen::Map<const Eigen::VectorXd>(imbalance[g].data(), n);
-      for (Index k = 0; k < m; ++k) {
-        const auto& contact = *entries[grain.contact[k]].contact;
+      pull_[g].setZero(n, m + 1);
+      pull_[g].col(m) = -Eigen::Map<const Eigen::VectorXd>(imbalance[g].data(), n);
+      sides_[g].for_each([&](Index c, double sign, Index column, int n_rows) {
+        const auto& contact = *entries[c].contact;
         const Eigen::Matrix<double, Dim, N> axes = rows(contact).transpose();
-        const double sign = grain.sign[k];
         contact.for_each_node([&](Index owner, Index node, double weight) {
-          if (owner == g) pull_[g].template block<Dim, N>(Dim * node, N * k) += sign * weight * axes;
+          if (owner == g)
+            pull_[g].template middleRows<Dim>(Dim * node).middleCols(column, n_rows) +=
+                sign * weight * axes.leftCols(n_rows);
         });
-      }
+      });
       factor_[g].forward(pull_[g]);
-      const auto own = pull_[g].leftCols(N * m);
+      const auto own = pull_[g].leftCols(m);
       grain.compliance.noalias() = own.transpose() * own;
-      moved[g].noalias() = own.transpose() * pull_[g].col(N * m);
+      moved[g].noalias() = own.transpose() * pull_[g].col(m);
     });
     Array<typename Law::Contact> laws;
     for (Index c = 0; c < entries.size(); ++c) {
-      q.template segment<N>(N * c) = rows(*entries[c].contact) * entries[c].displacement;
-      laws.push_back(entries[c].contact->is_wall() ? typename Law::Contact{} : law);
+      const bool is_wall = entries[c].contact->is_wall();
+      const ContactVector<N> u = rows(*entries[c].contact) * entries[c].displacement;
+      q.segment(N * c, is_wall ? 1 : N) = u.head(is_wall ? 1 : N);
+      laws.push_back(is_wall ? typename Law::Contact{} : law);
     }
     for (Index g = 0; g < n_grains; ++g)
-      for (Index k = 0; k < grains[g].contact.size(); ++k)
-        q.template segment<N>(N * grains[g].contact[k]) +=
-            grains[g].sign[k] * moved[g].template segment<N>(N * k);
+      sides_[g].for_each([&](Index c, double sign, Index row, int n_rows) {
+        q.segment(N * c, n_rows) += sign * moved[g].segment(row, n_rows);
+      });
     GrainComplianceDelassus<N> delassus(entries.size(), std::move(grains));
     Index in_factors = 0;
     for (const auto& factor : factor_) in_factors += 2 * factor.n_stored();
@@ -108,11 +117,11 @@ class CondensedStep {
     const Index n_grains = pull_.size(), n = pull_[0].rows();
     dx.resize(n * n_grains);
     parallel_for(threads, n_grains, [&](Index g) {
-      const auto& [contact, sign] = sides_[g];
-      Eigen::VectorXd own(N * contact.size() + 1);
-      for (Index k = 0; k < contact.size(); ++k)
-        own.template segment<N>(N * k) = sign[k] * reaction.template segment<N>(N * contact[k]);
-      own[N * contact.size()] = 1;
+      Eigen::VectorXd own(pull_[g].cols());
+      sides_[g].for_each([&](Index c, double sign, Index row, int n_rows) {
+        own.segment(row, n_rows) = sign * reaction.segment(N * c, n_rows);
+      });
+      own[own.size() - 1] = 1;
       Eigen::VectorXd moved = pull_[g] * own;
       factor_[g].backward(moved);
       dx.segment(n * g, n) = moved;
@@ -128,6 +137,20 @@ class CondensedStep {
   }
 
  private:
+  /// The contacts of a grain, on which side of them it is (+1 or -1), and how many unknowns each has.
+  struct Sides {
+    Array<Index> contact;
+    Array<double> sign;
+    Array<int> n_rows;
+
+    /// visit(contact, sign, first row, n_rows)
+    template <class Visit>
+    void for_each(Visit visit) const {
+      for (Index k = 0, row = 0; k < contact.size(); row += n_rows[k++])
+        visit(contact[k], sign[k], row, n_rows[k]);
+    }
+  };
+
   /// u = W r, contacts -> nodes -> T^-1 -> contacts: the factors of a grain that is well pressed are smaller
   /// than its part of W.
   void apply(const Eigen::VectorXd& r, Eigen::VectorXd& u) const {
@@ -143,7 +166,7 @@ class CondensedStep {
 
   Array<BlockCholesky<Dim>> factor_;
   Array<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> pull_;  ///< L^-1 H^T, L^-1 R0
-  Array<std::pair<Array<Index>, Array<double>>> sides_;
+  Array<Sides> sides_;
   ContactSpread<Dim, N> spread_;
 };
 

@@ -66,12 +66,13 @@ class CoupledNewton {
     proximal_ = std::max(least_proximal, first_proximal * definite_);
     bool gained = false;
     Eigen::VectorXd dx;
+    if (!balance.linearise_exactly(packing, tangent_)) return {};
     for (int k = 0, worse = 0; k < max_steps && least > 1 && worse < patience; ++k) {
       if (!step(packing, balance, watched, dx)) break;
       if (!(dx.lpNorm<Eigen::Infinity>() <= longest)) break;
       for (Index g = 0; g < n_grains_; ++g)
         balance.x[g] += Eigen::Map<const Nodal>(dx.data() + n_nodal_ * g, Dim, packing.n_nodes());
-      if (!balance.linearise(packing)) break;
+      if (!balance.linearise_exactly(packing, tangent_)) break;
       balance.evaluate(packing, watched);
       const double now = distance(balance);
       adapt(now / std::exchange(last, now));
@@ -125,7 +126,9 @@ class CoupledNewton {
     constexpr Index max_iterations = 60;
     n_grains_ = packing.grains.size();
     n_nodal_ = Dim * packing.n_nodes();
-    balance.blended_tangent(packing, definite_, tangent_);
+    for (Index g = 0; definite_ > 0 && g < n_grains_; ++g)
+      for (Index k = 0; k < tangent_[g].block.size(); ++k)
+        tangent_[g].block[k] += definite_ * (balance.tangent[g].block[k] - tangent_[g].block[k]);
     linearise(packing, balance, watched);
     if (!prepare()) return false;
     const Index n_motions = n_nodal_ * n_grains_;
@@ -284,7 +287,7 @@ class CoupledNewton {
   Index n_grains_ = 0, n_nodal_ = 0;
   double definite_ = 0;              ///< share of the stand-ins in T
   double proximal_ = 0;              ///< D, in units of the compliance of the surface
-  Array<BlockMatrix<Dim>> tangent_;  ///< T
+  Array<BlockMatrix<Dim>> tangent_;  ///< T, the stand-ins blended in by step()
   Array<Active> active_;
   Array<Gone> gone_;
   ContactSpread<Dim, N> spread_;  ///< of the active contacts

@@ -293,6 +293,7 @@ class SoftStep {
       solver.stop.tolerance *=
           std::max(1.0, balance_.least_force / std::max(size, 1e-3 * balance_.least_force));
     if constexpr (requires { solver.regularisation; }) solver.regularisation = 0.1;
+    if constexpr (requires { solver.max_rounds; }) solver.max_rounds = 20;
     if constexpr (requires { solver.threads; }) solver.threads = options.threads;
     return solver.solve(problem, r);
   }
