@@ -116,7 +116,7 @@ class RegularisedProblem {
   }
 
  private:
-  /// Between deformable grains sweeps in any fixed order need eight to twenty times as many
+  /// Between deformable grains sweeps in any fixed order need many times as many
   /// (docs/results/solvers.md).
   static constexpr bool in_random_order = std::is_same_v<Stored, GrainComplianceDelassus<N>>;
 
