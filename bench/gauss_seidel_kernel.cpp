@@ -3,7 +3,8 @@
 // three ceilings of the machine measured in the same run: read bandwidth for what an update must read,
 // multiply–add rate, and the chain of dependent operations: the local solution ("local") and, in stored W,
 // where every contact is coupled with the one before, that solution handed on and multiplied by one block
-// ("chain"). Prints a table, writes gauss_seidel_kernel.csv.
+// ("chain"); beside it that chain where the processor cannot foresee the contacts' states ("unforeseen").
+// Then what two threads can gain here at most. Prints a table, writes gauss_seidel_kernel.csv.
 //   gauss_seidel_kernel [Catch2 options]
 #define CATCH_CONFIG_RUNNER
 #include <cstdio>
@@ -11,6 +12,7 @@
 #include <jampack/problem/grain_compliance_delassus.hpp>
 #include <jampack/solver/gauss_seidel.hpp>
 #include <map>
+#include <memory>
 #include <numeric>
 #include <random>
 #include <string>
@@ -28,10 +30,10 @@ struct Case {
   std::string form;
   int dim = 0, unknowns = 0, threads = 1;
   Index contacts = 0;
-  double scalars = 0;           // of W, read a contact
-  double other_bytes = 0;       // read a contact besides those
-  double flops = 0;             // a contact, a multiply-add counting two
-  double local = 0, chain = 0;  // seconds
+  double scalars = 0;                           // of W, read a contact
+  double other_bytes = 0;                       // read a contact besides those
+  double flops = 0;                             // a contact, a multiply-add counting two
+  double local = 0, chain = 0, unforeseen = 0;  // seconds
   double bytes() const { return (8 * scalars + other_bytes) * static_cast<double>(contacts); }
 };
 std::map<std::string, Case> cases;
@@ -59,30 +61,32 @@ struct Recorder : ListenerBase {
 };  // namespace
 CATCH_REGISTER_LISTENER(Recorder)
 
-// Seconds a byte of reading a working set again and again.
+// Seconds a byte of reading a working set again and again: whole cache lines, four sums (no array of them,
+// which would lie in memory).
 double read_cost(double bytes) {
-  const Index n = std::max<Index>(64, static_cast<Index>(bytes / 64) * 8);
-  const Array<double> data(n, 1.0);
-  Array<double> one(n, 1.0);
+  struct alignas(64) Line {
+    EightLanes values;
+  };
+  const Index n = std::max<Index>(4, static_cast<Index>(bytes / 256) * 4);
+  const std::unique_ptr<Line[]> data(new Line[static_cast<std::size_t>(n)]());
   double least = 1e300;
   volatile double sink = 0;
   for (int k = 0; k < 7; ++k) {
-    const Index times = std::max<Index>(1, 4000000 / n);
+    const Index times = std::max<Index>(1, 1000000 / n);
     const double start = jampack_bench::cpu_seconds();
     for (Index i = 0; i < times; ++i) {
-      using Lanes [[gnu::vector_size(64)]] = double;
-      Lanes sum[4] = {};
-      for (Index j = 0; j + 32 <= n; j += 32)
-        for (int m = 0; m < 4; ++m) {
-          Lanes x;
-          std::memcpy(&x, data.data() + j + 8 * m, sizeof x);
-          sum[m] += x;
-        }
-      const Lanes all = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+      EightLanes a = {}, b = {}, c = {}, d = {};
+      for (const Line* line = data.get(); line != data.get() + n; line += 4) {
+        a += line[0].values;
+        b += line[1].values;
+        c += line[2].values;
+        d += line[3].values;
+      }
+      const EightLanes all = (a + b) + (c + d);
       sink = sink + all[0] + all[7];
     }
     least = std::min(least, (jampack_bench::cpu_seconds() - start) /
-                                (8 * static_cast<double>(n) * static_cast<double>(times)));
+                                (64 * static_cast<double>(n) * static_cast<double>(times)));
   }
   return least;
 }
@@ -114,9 +118,11 @@ double flop_cost() {
 }
 
 // Seconds of one local solution that waits for the one before: for one component of its reaction or,
-// `coupled`, for the product of a block and all of them, stored and read again as in a sweep.
+// `coupled`, for the product of a block and all of them, stored and read again as in a sweep. Contacts are
+// visited one after the other, so that the processor learns their states by heart, or, `unforeseen`, in a
+// random order too long to be learned: the difference is what branches on states cost that are missed.
 template <bool coupled, class Problem>
-double local_latency(const Problem& problem, const Eigen::VectorXd& r) {
+double local_latency(const Problem& problem, const Eigen::VectorXd& r, bool unforeseen = false) {
   constexpr int N = Problem::n_unknowns;
   using Block = std::remove_cvref_t<decltype(problem.delassus.diagonal_block(0))>;
   const Index n = std::min<Index>(problem.n_contacts(), 200);
@@ -129,14 +135,21 @@ double local_latency(const Problem& problem, const Eigen::VectorXd& r) {
   for (Index i = 0; i < N * N; ++i) block.data()[i] = tiny;
   double carried = 0;
   Eigen::VectorXd handed = Eigen::VectorXd::Zero(N * n);
-  Array<std::int32_t> before(n);
-  for (Index c = 0; c < n; ++c) before[c] = static_cast<std::int32_t>(N * ((c + n - 1) % n));
+  constexpr Index n_visits = 40000;
+  Array<std::int32_t> visits(n_visits), before(n_visits);
+  std::mt19937_64 random(8);
+  for (Index k = 0; k < n_visits; ++k) {
+    const Index c = unforeseen ? static_cast<Index>(random() % static_cast<std::uint64_t>(n)) : k % n;
+    visits[k] = static_cast<std::int32_t>(c);
+    before[k] = k > 0 ? N * visits[k - 1] : 0;
+  }
   double least = 1e300;
-  for (int k = 0; k < 5; ++k) {
+  for (int repetition = 0; repetition < 5; ++repetition) {
     const double start = jampack_bench::cpu_seconds();
-    constexpr int times = 500;
+    constexpr int times = 3;
     for (int i = 0; i < times; ++i)
-      for (Index c = 0; c < n; ++c) {
+      for (Index k = 0; k < n_visits; ++k) {
+        const Index c = visits.data()[k];
         ContactVector<N> v, old;
 #pragma GCC unroll 9
         for (int axis = 0; axis < N; ++axis) {
@@ -146,17 +159,17 @@ double local_latency(const Problem& problem, const Eigen::VectorXd& r) {
         if constexpr (coupled) {
 #pragma GCC unroll 9
           for (int entry = 0; entry < N * N; ++entry)
-            v[entry % N] += block(entry % N, entry / N) * handed[before[c] + entry / N];
+            v[entry % N] += block(entry % N, entry / N) * handed[before.data()[k] + entry / N];
         } else
           v[0] += block(0, 0) * carried;
-        const ContactVector<N> next = local[c].solve(problem.law[c], v, old);
+        const ContactVector<N> next = local.data()[c].solve(problem.law.data()[c], v, old);
         if constexpr (coupled) {
 #pragma GCC unroll 9
           for (int axis = 0; axis < N; ++axis) handed[N * c + axis] = next[axis];
         }
         carried = next[N - 1];
       }
-    least = std::min(least, (jampack_bench::cpu_seconds() - start) / (times * static_cast<double>(n)));
+    least = std::min(least, (jampack_bench::cpu_seconds() - start) / (times * static_cast<double>(n_visits)));
   }
   return least + 0 * (carried + handed[0]);
 }
@@ -195,7 +208,9 @@ void measure(const std::string& form, int dim, const Problem& problem, double sc
                    other_bytes,
                    flops,
                    local_latency<false>(problem, r),
-                   is_stored<typename Problem::DelassusType> ? local_latency<true>(problem, r) : 0};
+                   is_stored<typename Problem::DelassusType> ? local_latency<true>(problem, r) : 0,
+                   is_stored<typename Problem::DelassusType> ? local_latency<true>(problem, r, true)
+                                                             : local_latency<false>(problem, r, true)};
     BENCHMARK(std::string(name)) {
       return sweeps.sweep(r);
     };
@@ -258,7 +273,9 @@ auto with_loads(Delassus delassus) {
 
 template <int N>
 void measure_stored(int dim) {
-  for (const Index contacts : {Index{4}, Index{1000 * 9 / (N * N)}, Index{15000 * 9 / (N * N)}}) {
+  // In L1, in L2 (0.6 MB), in L3 (20 MB) and in memory (80 MB).
+  for (const Index thousandth : {4, 500, 15000, 60000}) {
+    const Index contacts = thousandth == 4 ? 4 : thousandth * 9 / (N * N);
     const auto problem = with_loads(stored_problem<N>(contacts));
     const double scalars = static_cast<double>(problem.delassus.n_stored()) / static_cast<double>(contacts);
     const double columns = 4 * scalars / (N * N);
@@ -296,24 +313,62 @@ void measure_balls(double packing_fraction) {
 void report() {
   CsvWriter csv("gauss_seidel_kernel.csv",
                 {"form", "dim", "unknowns", "contacts", "bytes", "threads", "ns_per_contact", "ns_per_scalar",
-                 "floor_bytes_ns", "floor_flops_ns", "floor_local_ns", "floor_chain_ns", "compiler", "flags",
-                 "commit"});
+                 "floor_bytes_ns", "floor_flops_ns", "floor_local_ns", "floor_chain_ns",
+                 "chain_unforeseen_ns", "compiler", "flags", "commit"});
   const double flop = flop_cost();
   std::printf("\nmultiply-adds: %.1f Gflop/s; floors in ns a contact for one thread\n", 1e-9 / flop);
-  std::printf("%-32s %2s %2s %8s %9s %7s %8s %9s | %7s %7s %7s %7s | %s\n", "form", "D", "N", "contacts",
-              "kB", "threads", "ns/cont", "ns/scalar", "bytes", "flops", "local", "chain",
-              "over the largest");
+  std::printf("%-32s %2s %2s %8s %9s %7s %8s %9s | %7s %7s %7s %7s %10s | %s\n", "form", "D", "N", "contacts",
+              "kB", "threads", "ns/cont", "ns/scalar", "bytes", "flops", "local", "chain", "unforeseen",
+              "over the largest but the last");
   for (const auto& [name, c] : cases) {
     if (!shortest.contains(name)) continue;
     const double n = static_cast<double>(c.contacts), ns = 1e9 * shortest[name] / n;
     const double bytes = 1e9 * c.bytes() / n * read_cost(c.bytes()), flops = 1e9 * flop * c.flops,
                  local = 1e9 * c.local, chain = 1e9 * c.chain;
-    std::printf("%-32s %2d %2d %8td %9.0f %7d %8.1f %9.3f | %7.1f %7.1f %7.1f %7.1f | %.2f\n", c.form.c_str(),
-                c.dim, c.unknowns, c.contacts, c.bytes() / 1024, c.threads, ns, ns / c.scalars, bytes, flops,
-                local, chain, ns / std::max({bytes, flops, local, chain}));
+    std::printf("%-32s %2d %2d %8td %9.0f %7d %8.1f %9.3f | %7.1f %7.1f %7.1f %7.1f %10.1f | %.2f\n",
+                c.form.c_str(), c.dim, c.unknowns, c.contacts, c.bytes() / 1024, c.threads, ns,
+                ns / c.scalars, bytes, flops, local, chain, 1e9 * c.unforeseen,
+                ns / std::max({bytes, flops, local, chain}));
     csv.write({c.form, c.dim, c.unknowns, c.contacts, c.bytes(), c.threads, ns, ns / c.scalars, bytes, flops,
-               local, chain, jampack_bench::compiler(), jampack_bench::flags(), jampack_bench::commit()});
+               local, chain, 1e9 * c.unforeseen, jampack_bench::compiler(), jampack_bench::flags(),
+               jampack_bench::commit()});
   }
+}
+
+// Wall seconds of work(thread) on so many threads at once: the least of some.
+template <class Work>
+double seconds_on(int n_threads, const Work& work) {
+  double least = 1e300;
+  for (int k = 0; k < 9; ++k) {
+    const Stopwatch clock;
+    parallel_for(Threads{n_threads}, n_threads, work);
+    least = std::min(least, clock.seconds());
+  }
+  return least;
+}
+
+// What threads that share nothing gain: the bound of what a shared sweep can. Multiply-adds in registers, and
+// sweeps over a packing that each has for itself.
+void report_two_threads() {
+  const auto multiply = [](Index) {
+    TwoLanes a = {1, 1}, b = a;
+    const TwoLanes factor = {0.999, 0.998};
+    for (Index i = 0; i < 20000000; ++i) a = a * factor + b;
+    volatile double sink = a[0] + a[1];
+    (void)sink;
+  };
+  std::printf("\ntwo threads that share nothing over one: %.2f multiply-adds",
+              2 * seconds_on(1, multiply) / seconds_on(2, multiply));
+  using Problem = decltype(jampack_tests::pressed_packing<3, 3>(1000, 0.66, 0.3, 1, 60));
+  const Array<Problem> problems(2, jampack_tests::pressed_packing<3, 3>(1000, 0.66, 0.3, 1, 60));
+  Array<Eigen::VectorXd> r(2, Eigen::VectorXd::Zero(problems[0].free_velocity.size()));
+  Array<std::unique_ptr<GaussSeidelSweeps<Problem>>> sweeps;
+  for (Index t = 0; t < 2; ++t)
+    sweeps.push_back(std::make_unique<GaussSeidelSweeps<Problem>>(problems[t], r[t]));
+  const auto sweep = [&](Index t) {
+    for (int k = 0; k < 300; ++k) sweeps[t]->sweep(r[t]);
+  };
+  std::printf(", %.2f sweeps over 1000 spheres each\n", 2 * seconds_on(1, sweep) / seconds_on(2, sweep));
 }
 
 }  // namespace
@@ -344,5 +399,6 @@ int main(int argc, char** argv) {
   if (const int failed = session.applyCommandLine(argc, argv); failed != 0) return failed;
   const int failed = session.run();
   report();
+  report_two_threads();
   return failed;
 }

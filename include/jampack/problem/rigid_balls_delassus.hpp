@@ -41,9 +41,10 @@ class RigidBallsDelassus {
   static constexpr int n_unknowns = N;
   static constexpr int n_spins = Spin<Dim>::RowsAtCompileTime;
 
-  /// A ball's change of velocity and spin by the reactions, with its inverse inertia beside it (one cache
-  /// line in 3D). Frictionless contacts turn nothing and carry no spin.
-  struct BodyMotion {
+  /// A ball's change of velocity and spin by the reactions, with its inverse inertia beside it: a cache line
+  /// of its own, so that threads that move neighbouring balls do not take each other's lines. Frictionless
+  /// contacts turn nothing and carry no spin.
+  struct alignas(64) BodyMotion {
     Vector<Dim> velocity = Vector<Dim>::Zero();
     using SpinIfAny = Eigen::Matrix<double, N == 1 ? 0 : n_spins, 1>;
     SpinIfAny spin = SpinIfAny::Zero();

@@ -6,6 +6,7 @@
 #endif
 
 #include <algorithm>
+#include <bit>
 #include <jampack/core/parallel.hpp>
 #include <jampack/problem/stored_blocks.hpp>
 #include <jampack/solver/contact_groups.hpp>
@@ -26,7 +27,8 @@ namespace jampack {
 /// chunk, hence one thread's. Classes too small to be shared are joined and left to one thread.
 struct Colouring {
   struct Chunk {
-    Index first, last;  ///< places in `order`, last not included
+    Index first, last;                     ///< places in `order`, last not included
+    Index region = -1, other_region = -1;  ///< whose bodies it moves; -1: of any
   };
   struct Class {
     Index first, last;  ///< chunks, last not included
@@ -35,6 +37,7 @@ struct Colouring {
   Array<Index> order;  ///< contacts as visited
   Array<Chunk> chunks;
   Array<Class> classes;
+  Index n_regions = 0;
 };
 
 namespace detail {
@@ -90,17 +93,19 @@ class Regions {
 };
 
 /// Appends the groups as one chunk.
-inline void add_chunk(Colouring& colouring, const Array<const ContactGroup*>& members) {
+inline void add_chunk(Colouring& colouring, const Array<const ContactGroup*>& members, Index region,
+                      Index other_region) {
   const Index start = colouring.order.size();
   for (const auto* group : members)
     for (const Index c : group->contacts) colouring.order.push_back(c);
-  colouring.chunks.push_back({start, colouring.order.size()});
+  colouring.chunks.push_back({start, colouring.order.size(), region, other_region});
 }
 
 /// The contacts inside each region.
 inline void add_regions(Colouring& colouring, const Array<Array<const ContactGroup*>>& inside) {
-  for (const auto& members : inside)
-    if (!members.empty()) add_chunk(colouring, members);
+  colouring.n_regions = inside.size();
+  for (Index k = 0; k < inside.size(); ++k)
+    if (!inside[k].empty()) add_chunk(colouring, inside[k], k, k);
   if (!colouring.chunks.empty()) colouring.classes.push_back({0, colouring.chunks.size(), true});
 }
 
@@ -121,10 +126,15 @@ inline Colouring::Class& class_for(Colouring& colouring, Index n_contacts, Index
   return colouring.classes.back();
 }
 
-/// Interfaces in classes, large ones first, so that those of a class are much alike.
+/// Interfaces in classes: first those between regions that were parted last, which are the same thread's,
+/// then large ones first, so that those of a class are much alike.
 inline void add_interfaces(Colouring& colouring, Array<Interface> interfaces, Index n_regions) {
-  std::stable_sort(interfaces.begin(), interfaces.end(),
-                   [](const Interface& a, const Interface& b) { return a.size > b.size; });
+  std::stable_sort(interfaces.begin(), interfaces.end(), [](const Interface& a, const Interface& b) {
+    const auto parted = [](const Interface& one) {
+      return std::bit_width(static_cast<std::size_t>(one.first ^ one.second));
+    };
+    return parted(a) != parted(b) ? parted(a) < parted(b) : a.size > b.size;
+  });
   while (!interfaces.empty()) {
     Array<char> taken(n_regions, 0);
     Array<Interface> members, others;
@@ -143,7 +153,7 @@ inline void add_interfaces(Colouring& colouring, Array<Interface> interfaces, In
       return a.first + a.second < b.first + b.second;
     });
     Colouring::Class& one_class = class_for(colouring, size, members.size());
-    for (const Interface& one : members) add_chunk(colouring, one.members);
+    for (const Interface& one : members) add_chunk(colouring, one.members, one.first, one.second);
     one_class.last = colouring.chunks.size();
     interfaces = std::move(others);
   }
@@ -161,7 +171,7 @@ inline void add_class(Colouring& colouring, const Array<const ContactGroup*>& me
     const bool other_hub = at_end || members[k]->hub != members[k + 1]->hub;
     const bool full = members[k]->hub < 0 && colouring.order.size() - start >= chunk_size;
     if (!other_hub && !full) continue;
-    colouring.chunks.push_back({start, colouring.order.size()});
+    colouring.chunks.push_back({start, colouring.order.size(), -1, -1});
     start = colouring.order.size();
   }
   one_class.last = colouring.chunks.size();
@@ -263,33 +273,83 @@ Colouring colour_contacts(const Delassus& delassus) {
   return colouring;
 }
 
+/// Who visits which chunk, and before which classes threads must meet. Each thread has regions of its own, so
+/// that their bodies stay in its cache, and meets the others only where it needs what they have changed.
+struct ThreadPlan {
+  Threads threads;
+  Array<Index> thread;  ///< of each chunk
+  Array<char> meet;     ///< before each class
+};
+
+inline ThreadPlan plan_threads(const Colouring& colouring, Threads threads) {
+  const Index n_threads = std::max(1, threads.count), none = -1, several = -2;
+  ThreadPlan plan{threads, Array<Index>(colouring.chunks.size(), Index{0}),
+                  Array<char>(colouring.classes.size(), 0)};
+  // Who has visited each region since the last meeting, and the last place for chunks of any region.
+  Array<Index> visitor(colouring.n_regions + 1, none);
+  const auto owner = [&](Index region) { return region * n_threads / colouring.n_regions; };
+  for (Index k = 0; k < colouring.classes.size(); ++k) {
+    const Colouring::Class& one = colouring.classes[k];
+    const Index begin = colouring.chunks[one.first].first, size = colouring.chunks[one.last - 1].last - begin;
+    Array<Index> load(n_threads, Index{0});
+    for (Index c = one.first; c < one.last; ++c) {
+      const auto& chunk = colouring.chunks[c];
+      Index& thread = plan.thread[c];
+      if (!one.shared) continue;
+      if (chunk.region < 0) {
+        // By its middle, so that all have about the same.
+        thread = std::min((chunk.first + chunk.last - 2 * begin) * n_threads / (2 * size), n_threads - 1);
+      } else {
+        const Index a = owner(chunk.region), b = owner(chunk.other_region);
+        thread = load[b] < load[a] ? b : a;
+      }
+      load[thread] += chunk.last - chunk.first;
+    }
+    const auto visits = [&](auto&& region_visited) {
+      for (Index c = one.first; c < one.last; ++c) {
+        const auto& chunk = colouring.chunks[c];
+        if (chunk.region < 0)
+          for (Index region = 0; region <= colouring.n_regions; ++region)
+            region_visited(region, plan.thread[c]);
+        else
+          for (const Index region : {chunk.region, chunk.other_region, colouring.n_regions})
+            if (region < colouring.n_regions || visitor[region] != none)
+              region_visited(region, plan.thread[c]);
+      }
+    };
+    visits([&](Index region, Index thread) {
+      if (visitor[region] != none && visitor[region] != thread) plan.meet[k] = 1;
+    });
+    if (plan.meet[k] != 0) visitor.assign(visitor.size(), none);
+    visits([&](Index region, Index thread) {
+      visitor[region] = visitor[region] == none || visitor[region] == thread ? thread : several;
+    });
+  }
+  return plan;
+}
+
 /// Calls visit(k) for every chunk, class by class; the chunks of a class that may be shared by several
 /// threads at once. No visit may throw.
 template <class Visit>
-void for_each_chunk(const Colouring& colouring, Threads threads, const Visit& visit) {
-  // One thread's part. All threads meet after each class.
+void for_each_chunk(const Colouring& colouring, const ThreadPlan& plan, const Visit& visit) {
+  // One thread's part. Should there be fewer than were planned for, each has what several would have had.
   const auto work = [&](Index thread, Index n_threads) {
-    for (const Colouring::Class& colour : colouring.classes) {
-      const Index begin = colouring.chunks[colour.first].first,
-                  size = colouring.chunks[colour.last - 1].last - begin;
-      const Index first = begin + size * thread / n_threads, last = begin + size * (thread + 1) / n_threads;
-      for (Index k = colour.first; k < colour.last; ++k) {
-        const auto& chunk = colouring.chunks[k];
-        if (colour.shared ? chunk.first >= first && chunk.first < last : thread == 0) visit(k);
-      }
+    for (Index k = 0; k < colouring.classes.size(); ++k) {
 #ifdef _OPENMP
+      if (plan.meet[k] != 0) {
 #pragma omp barrier
+      }
 #endif
+      for (Index c = colouring.classes[k].first; c < colouring.classes[k].last; ++c)
+        if (plan.thread[c] % n_threads == thread) visit(c);
     }
   };
 #ifdef _OPENMP
-  if (threads.count > 1) {
-#pragma omp parallel num_threads(threads.count)
+  if (plan.threads.count > 1) {
+#pragma omp parallel num_threads(plan.threads.count)
     work(omp_get_thread_num(), omp_get_num_threads());
     return;
   }
-#else
-  (void)threads;
 #endif
   work(0, 1);
 }

@@ -48,7 +48,7 @@ class GaussSeidelSweeps {
     colouring_ = colour_contacts(problem.delassus);
     kernel_.arrange(colouring_.order);
     changed_.resize(colouring_.chunks.size());
-    threads_ = threads;
+    plan_ = plan_threads(colouring_, threads);
   }
 
   /// To be called when r was changed from outside.
@@ -56,18 +56,30 @@ class GaussSeidelSweeps {
 
   /// Visits all contacts once in the present order and changes r. Returns the sum of |dr_c|^2.
   double sweep(Eigen::VectorXd& r, double relaxation = 1) {
-    if (!colouring_.classes.empty()) return coloured_sweep(r, relaxation);
-    return kernel_.visit(order_.data(), order_.data() + order_.size(), r, relaxation);
+    const double changed = advance(r, relaxation);
+    collect(r);
+    return changed;
   }
 
-  void reverse() { std::reverse(order_.begin(), order_.end()); }
-  void shuffle(std::uint64_t& state) { jampack::shuffle(order_, state); }
+  /// The same for several sweeps in a row: r may be out of date until it is collected.
+  double advance(Eigen::VectorXd& r, double relaxation = 1) {
+    if (!colouring_.classes.empty()) return coloured_sweep(r, relaxation);
+    return kernel_.visit(0, order_.size(), backwards_, r, relaxation);
+  }
+
+  void collect(Eigen::VectorXd& r) const { kernel_.collect(r); }
+
+  void reverse() { backwards_ = !backwards_; }
+  void shuffle(std::uint64_t& state) {
+    jampack::shuffle(order_, state);
+    kernel_.arrange(order_);
+  }
 
  private:
   double coloured_sweep(Eigen::VectorXd& r, double relaxation) {
-    for_each_chunk(colouring_, threads_, [&](Index k) {
+    for_each_chunk(colouring_, plan_, [&](Index k) {
       const auto& chunk = colouring_.chunks[k];
-      changed_[k] = kernel_.visit(order_.data() + chunk.first, order_.data() + chunk.last, r, relaxation);
+      changed_[k] = kernel_.visit(chunk.first, chunk.last, false, r, relaxation);
     });
     double changed = 0;  // summed in the order of the chunks, whoever visited them
     for (const double x : changed_) changed += x;
@@ -75,10 +87,11 @@ class GaussSeidelSweeps {
   }
 
   ContactKernel<Problem> kernel_;
-  Array<Index> order_;
+  Array<Index> order_;  // shuffled
+  bool backwards_ = false;
   Colouring colouring_;
   Array<double> changed_;  // by chunk
-  Threads threads_;
+  ThreadPlan plan_;
 };
 
 template <class Problem>
@@ -93,13 +106,14 @@ SolveReport GaussSeidel::solve(const Problem& problem, Eigen::VectorXd& r) const
     Index next_test = 1;
     while (!iterate.converged() && n_sweeps < stop.max_sweeps) {
       if (order == SweepOrder::shuffled) sweeps.shuffle(state);
-      const double changed = std::sqrt(sweeps.sweep(r, relaxation));
+      const double changed = std::sqrt(sweeps.advance(r, relaxation));
       if (order == SweepOrder::symmetric) sweeps.reverse();
       ++n_sweeps;
       // A test costs less than a sweep: every tenth, later more seldom, or when a sweep changes hardly
       // anything.
       const bool settled = changed <= stop.tolerance * r.norm();
       if (n_sweeps < next_test && !settled && n_sweeps < stop.max_sweeps) continue;
+      sweeps.collect(r);
       iterate.judge(r);
       sweeps.restart(r);
       next_test = n_sweeps + std::max<Index>(n_sweeps < 10 ? 3 : 10, n_sweeps / 20);
