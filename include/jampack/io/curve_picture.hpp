@@ -40,11 +40,11 @@ inline bool draw(const CurvePicture& picture, const std::filesystem::path& png) 
   script +=
       "set xlabel " + enhanced_off(picture.x_label) + "\nset ylabel " + enhanced_off(picture.y_label) + "\n";
   if (picture.logarithmic_y) script += "set logscale y\nset format y '10^{%T}'\n";
-  script += "colours = '#d95f02 #1b9e77 #7570b3 #e7298a #66a61e #444444'\n";
+  script += "colours = '#d95f02 #1b9e77 #7570b3 #e7298a #66a61e #e6ab02 #444444'\n";
   std::string plot = "plot ";
   for (Index i = 0; i < picture.curves.size(); ++i) {
     const CurvePicture::Curve& curve = picture.curves[i];
-    const std::string colour = " lc rgb word(colours, " + std::to_string(1 + (i + 5) % 6) + ")";
+    const std::string colour = " lc rgb word(colours, " + std::to_string(1 + (i + 6) % 7) + ")";
     plot += (i > 0 ? ", \\\n     " : "") + gnuplot_quoted(curve.csv) + " using (column(" +
             gnuplot_quoted(curve.x_column) + ")):(column(" + gnuplot_quoted(curve.y_column) + ")) with " +
             (curve.as_points ? "points pt 6 ps 1.1" : "lines lw 2") + colour + " title " +
