@@ -67,7 +67,8 @@ class GrainComplianceDelassus {
                     " unknowns, the same on both grains");
         place.n_rows = rows;
         place.part[place.count++] = {start + row * stride, n_gathered_, stride, n_gathered_ + row, g};
-        diagonal_[c].topLeftCorner(rows, rows) += grain.compliance.block(row, row, rows, rows);
+        for (int i = 0; i < rows; ++i)
+          for (int j = 0; j < rows; ++j) diagonal_[c](i, j) += grain.compliance(row + i, row + j);
       }
       n_gathered_ += stride;
       members_.push_back({start, stride, width, std::move(grain.contact)});
@@ -86,17 +87,16 @@ class GrainComplianceDelassus {
 
   /// W_cd.
   Block block(Index c, Index d) const {
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, N, N>;
     const int n_rows = places_[c].n_rows, n_columns = places_[d].n_rows;
     Block sum = Block::Zero();
     for (int k = 0; k < places_[c].count; ++k)
       for (int l = 0; l < places_[d].count; ++l) {
         const Part& row = places_[c].part[k];
         const Part& column = places_[d].part[l];
-        if (row.grain == column.grain)
-          sum.topLeftCorner(n_rows, n_columns) += Eigen::Map<const Rows, 0, Eigen::OuterStride<>>(
-              values_.data() + row.row + column.own - column.gathered, n_rows, n_columns,
-              Eigen::OuterStride<>(row.stride));
+        if (row.grain != column.grain) continue;
+        const double* const values = values_.data() + row.row + column.own - column.gathered;
+        for (int i = 0; i < n_rows; ++i)
+          for (int j = 0; j < n_columns; ++j) sum(i, j) += values[i * row.stride + j];
       }
     return sum;
   }
@@ -111,7 +111,8 @@ class GrainComplianceDelassus {
         for (Index j = 0, column = 0; j < contact.size(); column += places_[contact[j++]].n_rows) {
           Block block = Block::Zero();
           const int n_rows = places_[contact[i]].n_rows, n_columns = places_[contact[j]].n_rows;
-          block.topLeftCorner(n_rows, n_columns) = c.block(row, column, n_rows, n_columns);
+          for (int k = 0; k < n_rows; ++k)
+            for (int l = 0; l < n_columns; ++l) block(k, l) = c(row + k, column + l);
           all.push_back({contact[i], contact[j], block});
         }
     }

@@ -60,7 +60,7 @@ class CondensedStep {
       const auto& contact = *entries[c].contact;
       auto axes = rows(contact);
       const int n_rows = contact.is_wall() ? 1 : N;  // walls have no friction
-      axes.bottomRows(N - n_rows).setZero();
+      for (int i = n_rows; i < N; ++i) axes.row(i).setZero();
       spread_.add(contact, c, axes);
       const auto belongs_to = [&](Index grain, double sign) {
         grains[grain].contact.push_back(c);
@@ -83,9 +83,8 @@ class CondensedStep {
         const auto& contact = *entries[c].contact;
         const Eigen::Matrix<double, Dim, N> axes = rows(contact).transpose();
         contact.for_each_node([&](Index owner, Index node, double weight) {
-          if (owner == g)
-            pull_[g].template middleRows<Dim>(Dim * node).middleCols(column, n_rows) +=
-                sign * weight * axes.leftCols(n_rows);
+          for (int i = 0; owner == g && i < n_rows; ++i)
+            pull_[g].col(column + i).template segment<Dim>(Dim * node) += sign * weight * axes.col(i);
         });
       });
       factor_[g].forward(pull_[g]);
@@ -97,12 +96,12 @@ class CondensedStep {
     for (Index c = 0; c < entries.size(); ++c) {
       const bool is_wall = entries[c].contact->is_wall();
       const ContactVector<N> u = rows(*entries[c].contact) * entries[c].displacement;
-      q.segment(N * c, is_wall ? 1 : N) = u.head(is_wall ? 1 : N);
+      for (int i = 0; i < (is_wall ? 1 : N); ++i) q[N * c + i] = u[i];
       laws.push_back(is_wall ? typename Law::Contact{} : law);
     }
     for (Index g = 0; g < n_grains; ++g)
       sides_[g].for_each([&](Index c, double sign, Index row, int n_rows) {
-        q.segment(N * c, n_rows) += sign * moved[g].segment(row, n_rows);
+        for (int i = 0; i < n_rows; ++i) q[N * c + i] += sign * moved[g][row + i];
       });
     GrainComplianceDelassus<N> delassus(entries.size(), std::move(grains));
     Index in_factors = 0;
@@ -119,7 +118,7 @@ class CondensedStep {
     parallel_for(threads, n_grains, [&](Index g) {
       Eigen::VectorXd own(pull_[g].cols());
       sides_[g].for_each([&](Index c, double sign, Index row, int n_rows) {
-        own.segment(row, n_rows) = sign * reaction.segment(N * c, n_rows);
+        for (int i = 0; i < n_rows; ++i) own[row + i] = sign * reaction[N * c + i];
       });
       own[own.size() - 1] = 1;
       Eigen::VectorXd moved = pull_[g] * own;
