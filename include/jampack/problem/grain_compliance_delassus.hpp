@@ -67,8 +67,8 @@ class GrainComplianceDelassus {
                     " unknowns, the same on both grains");
         place.n_rows = rows;
         place.part[place.count++] = {start + row * stride, n_gathered_, stride, n_gathered_ + row, g};
-        for (int i = 0; i < rows; ++i)
-          for (int j = 0; j < rows; ++j) diagonal_[c](i, j) += grain.compliance(row + i, row + j);
+        for (int k = 0; k < rows; ++k)
+          for (int l = 0; l < rows; ++l) diagonal_[c](k, l) += grain.compliance(row + k, row + l);
       }
       n_gathered_ += stride;
       members_.push_back({start, stride, width, std::move(grain.contact)});
