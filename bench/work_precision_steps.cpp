@@ -31,7 +31,7 @@ namespace {
 struct Options {
   Index dimension = 2, grains = 20, cells = 100, seed = 1;
   double until = 0.9, every = 0.005;
-  std::string out = ".";
+  std::string settings, out = ".";
 };
 
 /// Factors on the defaults.
@@ -148,7 +148,10 @@ void measure(const Options& options, const Mesh<Dim>& mesh) {
   };
   std::cout << "         setting  reached  steps   iter.  failed    CPU s  max err % rms err %  drop %\n";
   report({"reference", 0.125, 0.5, 0.1}, reference);
-  for (const Setting& setting : settings) report(setting, curve_of(setting));
+  for (const Setting& setting : settings)
+    if (options.settings.empty() ||
+        ("," + options.settings + ",").find("," + setting.name + ",") != std::string::npos)
+      report(setting, curve_of(setting));
 }
 
 void work_precision(CommandLine& line) {
@@ -159,6 +162,7 @@ void work_precision(CommandLine& line) {
   line.option("seed", options.seed, at_least(0), "of the random packing");
   line.option("until", options.until, strictly_between(0, 1.2), "packing fraction to reach");
   line.option("every", options.every, strictly_between(0, 1), "packing fraction between records");
+  line.option("settings", options.settings, "names of the settings, separated by commas; all by default");
   line.option("out", options.out, "folder for work_precision_steps.csv");
   if (!line.parse()) return;
   if (options.dimension == 2)

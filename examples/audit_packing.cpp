@@ -30,6 +30,8 @@ AuditReport audit_element(const StoredState<Dim>& state, Threads threads) {
   if (state.element == MacroSimplex<Dim>::name) return audit_material<MacroSimplex<Dim>>(state, threads);
   if (state.element == QuadraticSimplex<Dim>::name)
     return audit_material<QuadraticSimplex<Dim>>(state, threads);
+  if (state.element == ResistingSimplex<Dim>::name)
+    return audit_material<ResistingSimplex<Dim>>(state, threads);
   throw InvalidInput("the checkpoint has an element this program does not know: " + state.element);
 }
 

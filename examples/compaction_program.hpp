@@ -375,7 +375,7 @@ int compaction_program(CommandLine& line, const UnitMesh& unit_mesh) {
   line.option("until", p.until, strictly_between(0, 1.2), "packing fraction to reach");
   line.option("resume", p.resume, "checkpoint to go on from; its folder's curve.csv is continued in --out");
   line.option("every", p.every, strictly_between(0, 1), "packing fraction between records");
-  line.option("element", p.element, Array<std::string>{"linear", "macro", "quadratic"}, "finite element");
+  line.option("element", p.element, Array<std::string>{"linear", "macro", "resisting"}, "finite element");
   line.option("out", p.out, "folder for curve.csv, packing.pvd, checkpoint.jpk, summary.json, pictures");
   line.option("threads", p.threads, from_to(1, 4096), "threads");
   line.option("seed", p.seed, at_least(0), "of the random packing");
@@ -397,7 +397,7 @@ int compaction_program(CommandLine& line, const UnitMesh& unit_mesh) {
   summary["sigma0_over_E"] = preparation_stress;
   const Mesh<Dim> mesh = unit_mesh(p.cells);
   if (p.element == "linear") return run_compaction<Dim, LinearSimplex>(p, mesh, summary, stored);
-  if (p.element == "quadratic") return run_compaction<Dim, QuadraticSimplex>(p, mesh, summary, stored);
+  if (p.element == "resisting") return run_compaction<Dim, ResistingSimplex>(p, mesh, summary, stored);
   return run_compaction<Dim, MacroSimplex>(p, mesh, summary, stored);
 }
 

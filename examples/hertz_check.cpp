@@ -25,7 +25,7 @@ using namespace jampack;
 
 namespace {
 
-const Array<std::string> element_names = {"linear", "macro", "quadratic"};
+const Array<std::string> element_names = {"linear", "macro", "quadratic", "resisting"};
 
 struct Parameters {
   Index dim = 3, cells = 808, threads = 1;
@@ -102,6 +102,7 @@ template <int Dim>
 int check(const Parameters& p, const Mesh<Dim>& mesh, Json& summary) {
   if (p.element == "linear") return check<Dim, LinearSimplex<Dim>>(p, mesh, summary);
   if (p.element == "quadratic") return check<Dim, QuadraticSimplex<Dim>>(p, mesh, summary);
+  if (p.element == "resisting") return check<Dim, ResistingSimplex<Dim>>(p, mesh, summary);
   return check<Dim, MacroSimplex<Dim>>(p, mesh, summary);
 }
 

@@ -148,6 +148,7 @@ TEST_CASE("Cook's membrane at nu = 0.4999: within 2 % where the linear triangle 
   CHECK_THAT((cook_deflection<2, CompositeSimplex<2>>(16)), WithinRel(reference, 0.02));
   CHECK_THAT((cook_deflection<2, Brick<2>>(16)), WithinRel(reference, 0.02));
   CHECK_THAT((cook_deflection<2, QuadraticSimplex<2>>(4)), WithinRel(reference, 0.02));
+  CHECK_THAT((cook_deflection<2, ResistingSimplex<2>>(8)), WithinRel(reference, 0.02));
   const double locked = cook_deflection<2, LinearSimplex<2>>(32);
   CHECK(locked < 0.7 * reference);
   CHECK(locked > 0);
@@ -199,6 +200,7 @@ TEST_CASE("bonded strip in squeeze: within 2 % where the linear triangle is off 
   CHECK_THAT(squeeze_ratio<MacroSimplex<2>>(half_width, 80, 4), WithinRel(1.0, 0.01));
   CHECK_THAT(squeeze_ratio<CompositeSimplex<2>>(half_width, 80, 4), WithinRel(1.0, 0.02));
   CHECK_THAT(squeeze_ratio<QuadraticSimplex<2>>(half_width, 80, 4), WithinRel(1.0, 0.02));
+  CHECK_THAT(squeeze_ratio<ResistingSimplex<2>>(half_width, 80, 4), WithinRel(1.0, 0.02));
   CHECK_THAT(squeeze_ratio<Brick<2>>(half_width, 80, 4), WithinRel(1.0, 0.02));
   CHECK(squeeze_ratio<LinearSimplex<2>>(half_width, 80, 4) > 1.3);
 }
@@ -234,6 +236,7 @@ TEMPLATE_TEST_CASE_SIG(
       }
     };
     check("macro", elastic_spectrum<Dim, MacroSimplex<Dim>>(wanted, 0.495, stretch));
+    check("resisting", elastic_spectrum<Dim, ResistingSimplex<Dim>>(wanted, 0.495, stretch));
     check("composite", elastic_spectrum<Dim, CompositeSimplex<Dim>>(wanted, 0.495, stretch));
     check("brick", elastic_spectrum<Dim, Brick<Dim>>(wanted, 0.495, stretch));
   }

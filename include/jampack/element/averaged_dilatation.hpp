@@ -13,11 +13,22 @@
 
 namespace jampack {
 
-/// A patch of integration points that share one averaged dilatation (docs/theory/elements.md, eq. 3):
-///   E(x) = sum_q V_q psi_d(F_q) + V U(v / V),  V = sum_q V_q,  v = sum_q V_q J_q.
+/// What departures of the points' dilatations from their mean cost (docs/theory/elements.md, eq. 9), over the
+/// shear modulus: nothing, or as much as a material with a finite bulk modulus would ask.
+struct FreeDilatations {
+  static constexpr double resistance = 0;
+};
+struct ResistedDilatations {
+  static constexpr double resistance = 0.5;
+};
+
+/// A patch of integration points that share one averaged dilatation (docs/theory/elements.md, eq. 3, 9):
+///   E(x) = sum_q V_q psi_d(F_q) + V U(v / V) + (r G / 2) sum_q V_q (J_q - v / V)^2,
+///   V = sum_q V_q,  v = sum_q V_q J_q,  r = Departures::resistance.
 /// All simplices of this library are of this form; they differ in points and shape functions. Each point sees
-/// `NSupport` of the `NNodes` nodes. Degrees of freedom are numbered Dim * local_node + axis.
-template <int Dim, int NNodes, int NPoints, int NSupport>
+/// `NSupport` of the `NNodes` nodes. Degrees of freedom are numbered Dim * local_node + axis. Where r is not
+/// zero the material has a member function shear(), its shear modulus at small strain.
+template <int Dim, int NNodes, int NPoints, int NSupport, class Departures = FreeDilatations>
 struct AveragedDilatation {
   static constexpr int n_nodes = NNodes;
 
@@ -41,8 +52,12 @@ struct AveragedDilatation {
     State state;
     if (!state.template update<M>(cell, x)) return std::numeric_limits<double>::infinity();
     double energy = cell.volume * material.volumetric(state.current_volume / cell.volume).energy;
-    for (std::size_t q = 0; q < NPoints; ++q)
-      energy += cell.points[q].volume * material.distortional_energy(state.at[q]);
+    const double mean = state.current_volume / cell.volume;
+    for (std::size_t q = 0; q < NPoints; ++q) {
+      const double departure = state.at[q].dilatation - mean;
+      energy += cell.points[q].volume * (material.distortional_energy(state.at[q]) +
+                                         0.5 * resistance(material) * departure * departure);
+    }
     return energy;
   }
 
@@ -51,10 +66,11 @@ struct AveragedDilatation {
   static bool force(const Cell& cell, const M& material, const Nodal& x, Nodal& f) {
     State state;
     if (!state.template update<M>(cell, x)) return false;
-    const double pressure = material.volumetric(state.current_volume / cell.volume).slope;
+    const double mean = state.current_volume / cell.volume, slope = material.volumetric(mean).slope;
     f.setZero();
     for (std::size_t q = 0; q < NPoints; ++q)
-      add_force<M>(cell.points[q], material, state.at[q], pressure, f);
+      add_force<M>(cell.points[q], material, state.at[q],
+                   slope + resistance(material) * (state.at[q].dilatation - mean), f);
     return true;
   }
 
@@ -88,8 +104,9 @@ struct AveragedDilatation {
   static void for_each_point(const Cell& cell, const M& material, const Nodal& x, Visit visit) {
     State state;
     state.template update<M>(cell, x);
-    const double pressure = material.volumetric(state.current_volume / cell.volume).slope;
+    const double mean = state.current_volume / cell.volume, slope = material.volumetric(mean).slope;
     for (std::size_t q = 0; q < NPoints; ++q) {
+      const double pressure = slope + resistance(material) * (state.at[q].dilatation - mean);
       Matrix<Dim> stress = material.distortional_stress(state.at[q]);
       if constexpr (M::finite_strain)
         stress = (stress * state.at[q].gradient.transpose() / state.at[q].dilatation).eval();
@@ -112,6 +129,15 @@ struct AveragedDilatation {
   static constexpr bool all_support = NSupport == NNodes;  ///< then `support` is 0, 1, 2...
   using PointAxes = NodalAxes<Dim, NSupport>;
   using Sum = TangentSum<Dim, NNodes>;
+
+  /// Of departures from the mean dilatation: r G.
+  template <class M>
+  static double resistance([[maybe_unused]] const M& material) {
+    if constexpr (Departures::resistance == 0)
+      return 0;
+    else
+      return Departures::resistance * material.shear();
+  }
 
   static Matrix<Dim> deformation_gradient(const Point& point, const Nodal& x) {
     Matrix<Dim> gradient = Matrix<Dim>::Zero();
@@ -192,7 +218,8 @@ struct AveragedDilatation {
   static bool linearise(const Cell& cell, const M& material, const Nodal& x, Nodal& f, Tangent& k) {
     State state;
     if (!state.template update<M>(cell, x)) return false;
-    const VolumetricResponse volumetric = material.volumetric(state.current_volume / cell.volume);
+    const double mean = state.current_volume / cell.volume, resisting = resistance(material);
+    const VolumetricResponse volumetric = material.volumetric(mean);
     f.setZero();
     Sum sum;
     sum.set_zero();
@@ -200,7 +227,8 @@ struct AveragedDilatation {
     for (std::size_t q = 0; q < NPoints; ++q) {
       const Point& point = cell.points[q];
       const Deformation<Dim>& at = state.at[q];
-      add_force<M>(point, material, at, volumetric.slope, f);
+      const double pressure = volumetric.slope + resisting * (at.dilatation - mean);
+      add_force<M>(point, material, at, pressure, f);
       PointAxes reference, spatial;
       reference.set(point.gradients);
       if constexpr (M::finite_strain)
@@ -213,20 +241,21 @@ struct AveragedDilatation {
           volume_slope(static_cast<int>(i), point.support[static_cast<std::size_t>(a)]) +=
               dilated * spatial.axis[i][a];
       // d2J / dx_a dx_b = J (g_a g_b^T - g_b g_a^T)
-      const double geometric = M::finite_strain && !Definite ? volumetric.slope * dilated : 0;
+      const double geometric = M::finite_strain && !Definite ? pressure * dilated : 0;
+      const double departing = resisting * dilated * dilated / point.volume;  // of (dJ/dx_a) (dJ/dx_b)^T
       if constexpr (all_support) {
-        add_tangent<Definite>(point, material, at, reference, spatial, geometric, sum);
+        add_tangent<Definite>(point, material, at, reference, spatial, geometric, departing, sum);
       } else {
         TangentSum<Dim, NSupport> part;
         part.set_zero();
-        add_tangent<Definite>(point, material, at, reference, spatial, geometric, part);
+        add_tangent<Definite>(point, material, at, reference, spatial, geometric, departing, part);
         sum.add(part, point.support);
       }
     }
     const double curvature = Definite ? std::max(volumetric.curvature, 0.0) : volumetric.curvature;
     typename Sum::Axes slope;
     slope.set(volume_slope);
-    sum.add_square(slope, curvature / cell.volume);
+    sum.add_square(slope, (curvature - resisting) / cell.volume);
     sum.write(k);
     return true;
   }
@@ -234,18 +263,19 @@ struct AveragedDilatation {
   template <bool Definite, class M>
   static void add_tangent(const Point& point, const M& material, const Deformation<Dim>& at,
                           const PointAxes& reference, const PointAxes& spatial, double geometric,
-                          TangentSum<Dim, NSupport>& sum) {
+                          double departing, TangentSum<Dim, NSupport>& sum) {
     if constexpr (HasGradientTangent<M, Dim>) {
       GradientTangent tangent = material.distortional_tangent(at);
       double rotational = 0;
       if constexpr (Definite && M::finite_strain) rotational = make_definite(tangent, at);
-      sum.add(reference, spatial, point.volume * tangent.isotropic, point.volume * rotational, geometric,
-              point.volume * tangent.exchange - geometric);
+      sum.add(reference, spatial, point.volume * tangent.isotropic, point.volume * rotational,
+              geometric + departing, point.volume * tangent.exchange - geometric);
     } else {
       MatrixTangent<Dim> tangent = material.distortional_tangent(at);
       if constexpr (Definite) make_definite<Dim>(tangent);
       sum.add(reference, MatrixTangent<Dim>(point.volume * tangent));
-      if (geometric != 0) sum.add(reference, spatial, 0, 0, geometric, -geometric);
+      if (geometric != 0 || departing != 0)
+        sum.add(reference, spatial, 0, 0, geometric + departing, -geometric);
     }
   }
 };

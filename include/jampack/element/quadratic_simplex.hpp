@@ -5,6 +5,7 @@
 #include <jampack/element/averaged_dilatation.hpp>
 #include <jampack/element/shape_gradients.hpp>
 #include <jampack/mesh/mesh.hpp>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -15,17 +16,18 @@ namespace jampack {
 /// Four points integrate the gradients of a curved tetrahedron inexactly, which would fail the patch test; so
 /// the volumes and gradients at the points are corrected to have the exact integrals
 /// (docs/theory/elements.md, eq. 5).
-template <int Dim>
-struct QuadraticSimplex
-    : AveragedDilatation<Dim, Mesh<Dim>::n_macro_nodes, Dim + 1, Mesh<Dim>::n_macro_nodes> {
-  using Base = AveragedDilatation<Dim, Mesh<Dim>::n_macro_nodes, Dim + 1, Mesh<Dim>::n_macro_nodes>;
+template <int Dim, class Departures>
+struct BasicQuadraticSimplex
+    : AveragedDilatation<Dim, Mesh<Dim>::n_macro_nodes, Dim + 1, Mesh<Dim>::n_macro_nodes, Departures> {
+  using Base =
+      AveragedDilatation<Dim, Mesh<Dim>::n_macro_nodes, Dim + 1, Mesh<Dim>::n_macro_nodes, Departures>;
   using typename Base::Cell;
 
-  static constexpr std::string_view name = "quadratic";
+  static constexpr std::string_view name = Departures::resistance == 0 ? "quadratic" : "resisting";
 
   /// One cell for each macro of the mesh; throws InvalidInput if the mesh has none.
   static Array<Cell> cells(const Mesh<Dim>& mesh, double diameter, const Matrix<Dim>& rotation) {
-    require(!mesh.macros.empty(), "element quadratic: the mesh has no quadratic simplices");
+    require(!mesh.macros.empty(), "element " + std::string(name) + ": the mesh has no quadratic simplices");
     Array<Cell> cells;
     cells.reserve(mesh.macros.size());
     constexpr auto n = static_cast<std::size_t>(Dim + 1);
@@ -81,5 +83,13 @@ struct QuadraticSimplex
     return integral;
   }
 };
+
+/// Too soft where pressure varies within a cell, since its dilatation may then vary at no cost.
+template <int Dim>
+using QuadraticSimplex = BasicQuadraticSimplex<Dim, FreeDilatations>;
+
+/// Quadratic, with dilatations that depart from the cell's mean at a cost.
+template <int Dim>
+using ResistingSimplex = BasicQuadraticSimplex<Dim, ResistedDilatations>;
 
 }  // namespace jampack

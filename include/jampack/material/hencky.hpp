@@ -22,11 +22,12 @@ struct Hencky {
   static constexpr bool finite_strain = true;
 
   void validate() const { validate_isotropic(young, poisson, density); }
+  double shear() const { return shear_modulus(young, poisson); }
 
   template <int Dim>
   double distortional_energy(const Deformation<Dim>& at) const {
     const Principal<Dim> principal(at.gradient);
-    return shear_modulus(young, poisson) * principal.log_stretch.squaredNorm();
+    return shear() * principal.log_stretch.squaredNorm();
   }
   /// P = sum_i (2 mu ln s_i / s_i) u_i v_i^T
   template <int Dim>
@@ -83,10 +84,10 @@ struct Hencky {
   /// psi_i = d psi_d / ds_i
   template <int Dim>
   Vector<Dim> slopes(const Principal<Dim>& principal) const {
-    return 2 * shear_modulus(young, poisson) * principal.log_stretch.cwiseQuotient(principal.stretch);
+    return 2 * shear() * principal.log_stretch.cwiseQuotient(principal.stretch);
   }
   double curvature(double stretch) const {
-    return 2 * shear_modulus(young, poisson) * (1 - std::log(stretch)) / (stretch * stretch);
+    return 2 * shear() * (1 - std::log(stretch)) / (stretch * stretch);
   }
 };
 

@@ -17,18 +17,19 @@ struct LinearElastic {
   static constexpr bool finite_strain = false;
 
   void validate() const { validate_isotropic(young, poisson, density); }
+  double shear() const { return shear_modulus(young, poisson); }
 
   template <int Dim>
   double distortional_energy(const Deformation<Dim>& at) const {
-    return shear_modulus(young, poisson) * strain(at).squaredNorm();
+    return shear() * strain(at).squaredNorm();
   }
   template <int Dim>
   Matrix<Dim> distortional_stress(const Deformation<Dim>& at) const {
-    return 2 * shear_modulus(young, poisson) * strain(at);
+    return 2 * shear() * strain(at);
   }
   template <int Dim>
   GradientTangent distortional_tangent(const Deformation<Dim>&) const {
-    const double mu = shear_modulus(young, poisson);
+    const double mu = shear();
     return {mu, mu};
   }
   /// In the dilatation 1 + tr eps.

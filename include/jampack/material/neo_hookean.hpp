@@ -19,20 +19,21 @@ struct BasicNeoHookean {
   static constexpr bool finite_strain = true;
 
   void validate() const { validate_isotropic(young, poisson, density); }
+  double shear() const { return shear_modulus(young, poisson); }
 
   template <int Dim>
   double distortional_energy(const Deformation<Dim>& at) const {
-    const double mu = shear_modulus(young, poisson);
+    const double mu = shear();
     return mu * (0.5 * (at.gradient.squaredNorm() - Dim) - std::log(at.dilatation));
   }
   /// P = mu (F - F^-T)
   template <int Dim>
   Matrix<Dim> distortional_stress(const Deformation<Dim>& at) const {
-    return shear_modulus(young, poisson) * (at.gradient - at.inverse_transpose);
+    return shear() * (at.gradient - at.inverse_transpose);
   }
   template <int Dim>
   GradientTangent distortional_tangent(const Deformation<Dim>&) const {
-    const double mu = shear_modulus(young, poisson);
+    const double mu = shear();
     return {mu, mu};
   }
   VolumetricResponse volumetric(double dilatation) const {

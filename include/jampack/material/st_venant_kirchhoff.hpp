@@ -21,20 +21,21 @@ struct StVenantKirchhoff {
   static constexpr bool finite_strain = true;
 
   void validate() const { validate_isotropic(young, poisson, density); }
+  double shear() const { return shear_modulus(young, poisson); }
 
   template <int Dim>
   double distortional_energy(const Deformation<Dim>& at) const {
-    return shear_modulus(young, poisson) * strain(at).squaredNorm();
+    return shear() * strain(at).squaredNorm();
   }
   /// P = 2 mu F E
   template <int Dim>
   Matrix<Dim> distortional_stress(const Deformation<Dim>& at) const {
-    return 2 * shear_modulus(young, poisson) * (at.gradient * strain(at));
+    return 2 * shear() * (at.gradient * strain(at));
   }
   /// dP = 2 mu (dF E + F sym(F^T dF))
   template <int Dim>
   MatrixTangent<Dim> distortional_tangent(const Deformation<Dim>& at) const {
-    const double mu = shear_modulus(young, poisson);
+    const double mu = shear();
     const Matrix<Dim> green = strain(at), left = at.gradient * at.gradient.transpose();
     MatrixTangent<Dim> tangent;
     for (int j = 0; j < Dim; ++j)
