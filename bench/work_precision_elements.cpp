@@ -21,6 +21,7 @@
 #include <jampack/geometry/face_shape.hpp>
 #include <jampack/io/command_line.hpp>
 #include <jampack/io/csv_writer.hpp>
+#include <jampack/io/curve_picture.hpp>
 #include <jampack/io/run_program.hpp>
 #include <jampack/material/linear_elastic.hpp>
 #include <jampack/material/neo_hookean.hpp>
@@ -297,6 +298,35 @@ struct Options {
   std::string elements, contacts = "nodes,centres", cells = "400,816", bricks = "2", out = ".";
 };
 
+/// Worst error over [0.05, 0.10] of each element and contact, over nodes and over CPU time: a table and two
+/// pictures.
+class Curves {
+ public:
+  void add(const std::string& name, Index nodes, double seconds, const std::array<double, 4>& worst) {
+    double error = 0;
+    for (std::size_t i = 1; i < 4; ++i) error = std::max(error, std::abs(worst[i]));
+    rows_[name].push_back({std::log10(double(nodes)), std::log10(seconds), 100 * error});
+  }
+
+  void draw(const std::filesystem::path& folder) const {
+    CurvePicture over_nodes{"log10 of nodes", "worst force error over [0.05, 0.10], %", {}, true},
+        over_time{"log10 of CPU seconds", "worst force error over [0.05, 0.10], %", {}, true};
+    for (const auto& [name, rows] : rows_) {
+      const std::string file = "grain_" + name + ".csv";
+      CsvWriter table(folder / file, {"log10_nodes", "log10_seconds", "worst_error_percent"});
+      for (const auto& row : rows) table.write(Array<double>(row.begin(), row.end()));
+      over_nodes.curves.push_back({file, "log10_nodes", "worst_error_percent", name});
+      over_time.curves.push_back({file, "log10_seconds", "worst_error_percent", name});
+    }
+    if (rows_.empty()) return;
+    jampack::draw(over_nodes, folder / "grain_error_over_nodes.png");
+    jampack::draw(over_time, folder / "grain_error_over_time.png");
+  }
+
+ private:
+  std::map<std::string, Array<std::array<double, 3>>> rows_;
+};
+
 bool named(const std::string& list, std::string_view name) {
   return list.empty() || ("," + list + ",").find("," + std::string(name) + ",") != std::string::npos;
 }
@@ -313,7 +343,7 @@ Array<Index> numbers(const std::string& list) {
 }
 
 template <class Element>
-void press_balls(const Options& options, const Mesh<3>& mesh, CsvWriter& table) {
+void press_balls(const Options& options, const Mesh<3>& mesh, CsvWriter& table, Curves& curves) {
   if (!named(options.elements, Element::name)) return;
   for (const std::string& contact : contact_names) {
     if (!named(options.contacts, contact)) continue;
@@ -359,6 +389,9 @@ void press_balls(const Options& options, const Mesh<3>& mesh, CsvWriter& table) 
       std::cout << std::setw(7) << 100 * mean[i] / n << " (" << std::setw(5) << 100 * worst[i] << ")";
     std::cout << std::setprecision(2) << std::setw(8) << seconds / static_cast<double>(options.orientations)
               << " s " << n_done << "/" << options.orientations << std::endl;
+    if (n_done > 0)
+      curves.add(std::string(Element::name) + " " + contact, mesh.nodes.size(),
+                 seconds / static_cast<double>(options.orientations), worst);
     for (std::size_t i = 0; i < 4; ++i)
       table.write({"sphere", Element::name, contact, mesh.cells.size(), mesh.nodes.size(), approaches[i],
                    mean[i] / n, worst[i], n_done, seconds / static_cast<double>(options.orientations),
@@ -375,23 +408,26 @@ void work_precision(CommandLine& line) {
   line.option("contacts", options.contacts, "which contacts: nodes, centres, samples (both), weighted");
   line.option("cells", options.cells, "wanted numbers of linear cells, separated by commas");
   line.option("bricks", options.bricks, "blocks a side of the cores of brick meshes, separated by commas");
-  line.option("out", options.out, "folder for work_precision_elements.csv");
+  line.option("out", options.out, "folder for work_precision_elements.csv and pictures");
   if (!line.parse()) return;
   CsvWriter table(std::filesystem::path(options.out) / "work_precision_elements.csv",
                   {"test", "element", "contact", "cells", "nodes", "delta_over_d", "mean_error",
                    "worst_error", "n_orientations", "cpu_seconds", "n_factorisations"});
   std::cout << "force error in %, mean (worst), at delta/d = 0.02, 0.05, 0.075, 0.10; CPU seconds a ball\n";
+  Curves curves;
   const auto press_all = [&](const Mesh<3>& mesh) {
-    press_balls<LinearSimplex<3>>(options, mesh, table);
-    if (!mesh.bricks.empty()) press_balls<Brick<3>>(options, mesh, table);
+    press_balls<LinearSimplex<3>>(options, mesh, table, curves);
+    if (!mesh.bricks.empty()) press_balls<Brick<3>>(options, mesh, table, curves);
     if (mesh.macros.empty()) return;
-    press_balls<MacroSimplex<3>>(options, mesh, table);
-    press_balls<CompositeSimplex<3>>(options, mesh, table);
-    press_balls<QuadraticSimplex<3>>(options, mesh, table);
+    press_balls<MacroSimplex<3>>(options, mesh, table, curves);
+    press_balls<CompositeSimplex<3>>(options, mesh, table, curves);
+    press_balls<QuadraticSimplex<3>>(options, mesh, table, curves);
+    press_balls<ResistingSimplex<3>>(options, mesh, table, curves);
   };
   for (const Index wanted : numbers(options.cells)) press_all(ball_mesh(wanted));
   for (const Index n : numbers(options.bricks))
     press_all(brick_mesh<3>({.n_core = n, .n_layers = (n + 1) / 2}));
+  curves.draw(options.out);
 }
 
 }  // namespace

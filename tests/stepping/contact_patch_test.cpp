@@ -75,12 +75,11 @@ SoftStepOptions tightly() {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("weighted contact passes the patch test", "", LinearSimplex<2>, MacroSimplex<2>,
-                   QuadraticSimplex<2>) {
-  CHECK(distance_from_affine<2, TestType, WeightedContact>(0, tightly()) < 10 * tight);
+TEST_CASE("weighted contact passes the patch test") {
+  CHECK(distance_from_affine<2, LinearSimplex<2>, WeightedContact>(0, tightly()) < 10 * tight);
 }
 
-TEMPLATE_TEST_CASE("weighted contact passes the patch test in space", "", LinearSimplex<3>, MacroSimplex<3>,
+TEMPLATE_TEST_CASE("weighted contact passes the patch test in space", "", MacroSimplex<3>,
                    QuadraticSimplex<3>) {
   CHECK(distance_from_affine<3, TestType, WeightedContact>(0, tightly()) < 10 * tight);
   // What slips before frames have settled, friction keeps.
