@@ -117,6 +117,7 @@
 #include <jampack/solver/regularised_problem.hpp>
 #include <jampack/solver/singular_block.hpp>
 #include <jampack/solver/slip_direction.hpp>
+#include <jampack/solver/thread_plan.hpp>
 
 #include <jampack/stepping/augmented_balance.hpp>
 #include <jampack/stepping/ball_law.hpp>

@@ -9,6 +9,7 @@
 #include <jampack/solver/colouring.hpp>
 #include <jampack/solver/contact_kernel.hpp>
 #include <jampack/solver/contact_solver.hpp>
+#include <jampack/solver/thread_plan.hpp>
 
 namespace jampack {
 
