@@ -253,7 +253,7 @@ void work_precision(CommandLine& line) {
   line.option("elements", options.elements, "linear, macro, quadratic, resisting");
   line.option("cells", options.cells, "wanted numbers of linear cells, separated by commas");
   line.option("reference-cells", options.reference_cells, at_least(0),
-              "of the finer reference mesh, 0: 6656 in the cube, 24576 of the disk");
+              "of the finer reference mesh, 0: 6656 in the cube, 6144 of the disk");
   line.option("out", options.out, "folder for work_precision_contact.csv");
   if (!line.parse()) return;
   make_output_folder(options.out);
@@ -272,7 +272,7 @@ void work_precision(CommandLine& line) {
   }
   measure_scene(options, cube_scene(), {}, 6656, ball, table);
   measure_scene(
-      options, disk_scene(), {}, 24576, [](Index wanted) { return disk_mesh(wanted); }, table);
+      options, disk_scene(), {}, 6144, [](Index wanted) { return disk_mesh(wanted); }, table);
 }
 
 }  // namespace

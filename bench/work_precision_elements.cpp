@@ -309,8 +309,9 @@ class Curves {
   }
 
   void draw(const std::filesystem::path& folder) const {
-    CurvePicture over_nodes{"log10 of nodes", "worst force error over [0.05, 0.10], %", {}, true},
-        over_time{"log10 of CPU seconds", "worst force error over [0.05, 0.10], %", {}, true};
+    CurvePicture over_nodes{
+        "log10 of nodes", "worst force error over [0.05, 0.10], %", {}, true, "right top"},
+        over_time{"log10 of CPU seconds", "worst force error over [0.05, 0.10], %", {}, true, "right top"};
     for (const auto& [name, rows] : rows_) {
       const std::string file = "grain_" + name + ".csv";
       CsvWriter table(folder / file, {"log10_nodes", "log10_seconds", "worst_error_percent"});

@@ -24,6 +24,7 @@ struct CurvePicture {
   std::string y_label;
   Array<Curve> curves;
   bool logarithmic_y = false;
+  std::string key = "left top";  ///< where the titles stand, as gnuplot has it
 };
 
 /// Writes the gnuplot script beside the picture (x.png: x.gp, to be edited and run again) and runs it.
@@ -32,11 +33,11 @@ struct CurvePicture {
 inline bool draw(const CurvePicture& picture, const std::filesystem::path& png) {
   require(!picture.curves.empty(), png.string() + ": no curves to draw");
   const auto enhanced_off = [](const std::string& text) { return gnuplot_quoted(text) + " noenhanced"; };
-  std::string script =
-      "set terminal pngcairo size 1200,900 fontscale 1.4 linewidth 1.6\nset output " +
-      gnuplot_quoted(png.filename().string()) +
-      "\nset datafile separator comma\nset datafile missing ''\nset key left top Left reverse\n"
-      "set grid lc rgb '#dddddd'\nset border 3\nset tics nomirror out\n";
+  std::string script = "set terminal pngcairo size 1200,900 fontscale 1.4 linewidth 1.6\nset output " +
+                       gnuplot_quoted(png.filename().string()) +
+                       "\nset datafile separator comma\nset datafile missing ''\nset key " + picture.key +
+                       " Left reverse\n"
+                       "set grid lc rgb '#dddddd'\nset border 3\nset tics nomirror out\n";
   script +=
       "set xlabel " + enhanced_off(picture.x_label) + "\nset ylabel " + enhanced_off(picture.y_label) + "\n";
   if (picture.logarithmic_y) script += "set logscale y\nset format y '10^{%T}'\n";
