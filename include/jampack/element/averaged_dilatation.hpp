@@ -13,8 +13,8 @@
 
 namespace jampack {
 
-/// What departures of the points' dilatations from their mean cost (docs/theory/elements.md, eq. 9), over the
-/// shear modulus: nothing, or as much as a material with a finite bulk modulus would ask.
+/// What departures of the points' dilatations from their mean cost, over the shear modulus (r in
+/// docs/theory/elements.md, eq. 9): nothing, or a half, which was chosen by measurement.
 struct FreeDilatations {
   static constexpr double resistance = 0;
 };
@@ -27,7 +27,7 @@ struct ResistedDilatations {
 ///   V = sum_q V_q,  v = sum_q V_q J_q,  r = Departures::resistance.
 /// All simplices of this library are of this form; they differ in points and shape functions. Each point sees
 /// `NSupport` of the `NNodes` nodes. Degrees of freedom are numbered Dim * local_node + axis. Where r is not
-/// zero the material has a member function shear(), its shear modulus at small strain.
+/// zero the material has to be one of HasShearModulus.
 template <int Dim, int NNodes, int NPoints, int NSupport, class Departures = FreeDilatations>
 struct AveragedDilatation {
   static constexpr int n_nodes = NNodes;
@@ -133,10 +133,12 @@ struct AveragedDilatation {
   /// Of departures from the mean dilatation: r G.
   template <class M>
   static double resistance([[maybe_unused]] const M& material) {
-    if constexpr (Departures::resistance == 0)
+    if constexpr (Departures::resistance == 0) {
       return 0;
-    else
+    } else {
+      static_assert(HasShearModulus<M>, "this element needs the material's shear modulus, a member shear()");
       return Departures::resistance * material.shear();
+    }
   }
 
   static Matrix<Dim> deformation_gradient(const Point& point, const Nodal& x) {

@@ -61,4 +61,11 @@ concept Material = EnergyOfDeformation<M, Dim> &&
   material.validate();
 };
 
+/// Says its shear modulus at small strain, which elements that resist departures from a mean dilatation ask
+/// for.
+template <class M>
+concept HasShearModulus = requires(const M& material) {
+  { material.shear() } -> std::convertible_to<double>;
+};
+
 }  // namespace jampack
