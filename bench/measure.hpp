@@ -3,12 +3,18 @@
 
 #include <ctime>
 #include <string>
+#include <string_view>
 
 namespace jampack_bench {
 
 /// CPU seconds of this process: what a shared machine disturbs least.
 inline double cpu_seconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+/// Whether a list separated by commas has this name; an empty one has all.
+inline bool named(const std::string& list, std::string_view name) {
+  return list.empty() || ("," + list + ",").find("," + std::string(name) + ",") != std::string::npos;
 }
 
 /// CPU seconds of one run of work(), repeated until `least` seconds have passed.

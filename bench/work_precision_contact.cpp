@@ -32,6 +32,7 @@
 #include "measure.hpp"
 
 using namespace jampack;
+using jampack_bench::named;
 
 namespace {
 
@@ -72,10 +73,6 @@ struct Options {
 
   NeoHookean rubber() const { return {.young = 1, .poisson = poisson}; }
 };
-
-bool named(const std::string& list, std::string_view name) {
-  return ("," + list + ",").find("," + std::string(name) + ",") != std::string::npos;
-}
 
 /// A column falls over: turns both grains together, which changes nothing between them, until the line of
 /// their centres is the axis again.
@@ -213,8 +210,8 @@ void measure(const Options& options, const Scene<Dim>& scene, std::string_view c
             << options.orientations << std::defaultfloat << std::endl;
 }
 
-/// All elements and discretisations asked for. `known` are the reference forces; none: they are made here,
-/// with as many cells as asked for or `fine_cells`.
+/// All elements and discretisations asked for. Where there are no reference forces they are made here, with
+/// as many cells as asked for or `fine_cells`.
 template <int Dim, class UnitMesh>
 void measure_scene(const Options& options, const Scene<Dim>& scene, Array<double> reference, Index fine_cells,
                    const UnitMesh& unit_mesh, CsvWriter& table) {

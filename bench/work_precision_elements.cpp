@@ -7,7 +7,6 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
@@ -31,13 +30,13 @@
 #include <map>
 #include <sstream>
 
+#include "measure.hpp"
+
 using namespace jampack;
+using jampack_bench::cpu_seconds;
+using jampack_bench::named;
 
 namespace {
-
-double cpu_seconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
 
 /// One constraint on a plane wall: sum_i weight_i z_i <= h (upper) or >= -h (lower), weights sum to 1.
 struct WallRow {
@@ -327,10 +326,6 @@ class Curves {
  private:
   std::map<std::string, Array<std::array<double, 3>>> rows_;
 };
-
-bool named(const std::string& list, std::string_view name) {
-  return list.empty() || ("," + list + ",").find("," + std::string(name) + ",") != std::string::npos;
-}
 
 Array<Index> numbers(const std::string& list) {
   Array<Index> all;

@@ -149,9 +149,7 @@ void measure(const Options& options, const Mesh<Dim>& mesh) {
   std::cout << "         setting  reached  steps   iter.  failed    CPU s  max err % rms err %  drop %\n";
   report({"reference", 0.125, 0.5, 0.1}, reference);
   for (const Setting& setting : settings)
-    if (options.settings.empty() ||
-        ("," + options.settings + ",").find("," + setting.name + ",") != std::string::npos)
-      report(setting, curve_of(setting));
+    if (jampack_bench::named(options.settings, setting.name)) report(setting, curve_of(setting));
 }
 
 void work_precision(CommandLine& line) {
