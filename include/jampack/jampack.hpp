@@ -3,6 +3,7 @@
 
 // Everything but the headers that need an optional package, in the order of the data.
 // clang-format off
+#include <jampack/core/aligned_scalars.hpp>
 #include <jampack/core/array.hpp>
 #include <jampack/core/dimension.hpp>
 #include <jampack/core/error.hpp>

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <jampack/core/aligned_scalars.hpp>
 #include <jampack/core/error.hpp>
 #include <jampack/problem/delassus.hpp>
 #include <jampack/problem/rows_times.hpp>
@@ -141,9 +142,11 @@ class BlockSparseDelassus {
     for (++k; k < blocks.size() && blocks[k].row == row && blocks[k].column <= blocks[k - 1].column + 1;) ++k;
     const Index first = blocks[begin].column, n = blocks[k - 1].column - first + 1, length = N * n;
     const bool as_run = length >= long_run;
-    const Index start = as_run ? run_values_.size() : block_values_.size();
+    const Index start = as_run ? n_run_values_ : block_values_.size(),
+                stride = AlignedScalars::padded(length);
     if (as_run) {
-      run_values_.resize(start + N * length, 0.0);
+      n_run_values_ += N * stride;
+      run_values_.resize(n_run_values_);
       runs_.push_back({start, static_cast<std::int32_t>(N * first), static_cast<std::int32_t>(length)});
     } else {
       block_values_.resize(start + BlockRow<N>::stride * n, 0.0);
@@ -153,7 +156,7 @@ class BlockSparseDelassus {
       const Index d = blocks[b].column - first;
       for (int i = 0; i < N; ++i)
         for (int j = 0; j < N; ++j)
-          (as_run ? run_values_[start + i * length + N * d + j]
+          (as_run ? run_values_.data()[start + i * stride + N * d + j]
                   : block_values_[start + BlockRow<N>::stride * d + BlockRow<N>::place(i, j)]) +=
               blocks[b].value(i, j);
       if (blocks[b].column == row) diagonal_[row] += blocks[b].value;
@@ -198,7 +201,7 @@ class BlockSparseDelassus {
     for (Index k = rows_[c].first_run; k < rows_[c + 1].first_run; ++k) {
       const Run& run = runs_[k];
       for (Index j = 0; j < run.length; j += N)
-        visit((run.first + j) / N, run_values_.data() + run.start + j, Index{run.length});
+        visit((run.first + j) / N, run_values_.data() + run.start + j, AlignedScalars::padded(run.length));
     }
   }
 
@@ -221,7 +224,8 @@ class BlockSparseDelassus {
     if (row.first_run != next.first_run) {
       RowSums<N> runs;
       for (Index k = row.first_run; k < next.first_run; ++k)
-        runs.add(run_values_.data() + runs_[k].start, runs_[k].length, runs_[k].length, r + runs_[k].first);
+        runs.add(run_values_.data() + runs_[k].start, runs_[k].length,
+                 AlignedScalars::padded(runs_[k].length), r + runs_[k].first);
       const ContactVector<N> of_runs = runs.sums();
 #pragma GCC unroll 9
       for (int i = 0; i < N; ++i) u[i] += of_runs[i];
@@ -233,9 +237,9 @@ class BlockSparseDelassus {
   Array<std::int32_t> columns_;  // scalar column of each block that lies by itself
   Array<double> block_values_;
   Array<Run> runs_;
-  Array<double> run_values_;
+  AlignedScalars run_values_;  // each row begins a cache line
   Array<Block> diagonal_;
-  Index n_stored_ = 0;
+  Index n_stored_ = 0, n_run_values_ = 0;
 };
 
 static_assert(DelassusOperator<BlockSparseDelassus<3>>);

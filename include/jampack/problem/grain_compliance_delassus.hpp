@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <jampack/core/aligned_scalars.hpp>
 #include <jampack/core/error.hpp>
 #include <jampack/problem/block_sparse_delassus.hpp>
 #include <jampack/problem/delassus.hpp>
@@ -32,12 +33,13 @@ class GrainComplianceDelassus {
   using Block = Eigen::Matrix<double, N, N>;
   /// Reactions gathered grain by grain, so that each row of C meets contiguous numbers.
   struct Motion {
-    Eigen::VectorXd gathered;
+    AlignedScalars gathered;
   };
 
   /// Throws InvalidInput if a contact is out of range, has no grain or more than two, or sizes do not fit.
   GrainComplianceDelassus(Index n_contacts, Array<GrainCompliance<N>> grains)
       : places_(n_contacts), diagonal_(n_contacts, Block::Zero()) {
+    Index n_values = 0;
     for (Index g = 0; g < grains.size(); ++g) {
       GrainCompliance<N>& grain = grains[g];
       const Index size = grain.contact.size();
@@ -48,13 +50,13 @@ class GrainComplianceDelassus {
               "grain compliance " + std::to_string(g) + ": sizes do not fit or a value is not finite");
       Array<double> sign;  // of each row
       for (Index i = 0; i < size; ++i) sign.insert(sign.end(), std::size_t(grain.n_rows[i]), grain.sign[i]);
-      const Index start = values_.size(),
-                  stride = (width + RowSums<N>::lanes - 1) / RowSums<N>::lanes * RowSums<N>::lanes;
-      values_.resize(start + width * stride, 0.0);
+      const Index start = n_values, stride = AlignedScalars::padded(width);
+      n_values += width * stride;
+      values_.resize(n_values);
       n_stored_ += width * width;
       for (Index i = 0; i < width; ++i)
         for (Index j = 0; j < width; ++j)
-          values_[start + i * stride + j] = sign[i] * sign[j] * grain.compliance(i, j);
+          values_.data()[start + i * stride + j] = sign[i] * sign[j] * grain.compliance(i, j);
       for (Index i = 0, row = 0; i < size; row += grain.n_rows[i], ++i) {
         const Index c = grain.contact[i];
         const int rows = grain.n_rows[i];
@@ -120,13 +122,14 @@ class GrainComplianceDelassus {
   }
 
   Motion motion(const Eigen::VectorXd& r) const {
-    Motion motion{Eigen::VectorXd::Zero(n_gathered_)};
+    Motion motion{AlignedScalars(n_gathered_)};
     for (Index c = 0; c < n_contacts(); ++c) change(motion, c, r.template segment<N>(N * c));
     return motion;
   }
 
   /// Of a contact with one unknown only the normal velocity is other than zero.
-  ContactVector<N> velocity(const Motion& motion, const Eigen::VectorXd&, Index c) const {
+  [[gnu::always_inline]] ContactVector<N> velocity(const Motion& motion, const Eigen::VectorXd&,
+                                                   Index c) const {
     const Place& place = places_[c];
     if (place.n_rows == N) return row_sums<N>(place, motion);
     ContactVector<N> u = ContactVector<N>::Zero();
@@ -134,13 +137,15 @@ class GrainComplianceDelassus {
     return u;
   }
 
-  void change(Motion& motion, Index c, const ContactVector<N>& dr) const {
+  [[gnu::always_inline]] void change(Motion& motion, Index c, const ContactVector<N>& dr) const {
     const Place& place = places_[c];
-    for (int k = 0; k < place.count; ++k)
+    for (int k = 0; k < place.count; ++k) {
+      double* const own = motion.gathered.data() + place.part[k].own;
       if (place.n_rows == N)
-        motion.gathered.template segment<N>(place.part[k].own) += dr;
+        Eigen::Map<ContactVector<N>>(own) += dr;
       else
-        motion.gathered[place.part[k].own] += dr[0];
+        own[0] += dr[0];
+    }
   }
 
   /// Visits the one or two grains of contact c.
@@ -199,18 +204,19 @@ class GrainComplianceDelassus {
   };
 
   template <int M>
-  ContactVector<M> row_sums(const Place& place, const Motion& motion) const {
+  [[gnu::always_inline]] ContactVector<M> row_sums(const Place& place, const Motion& motion) const {
     RowSums<M> sums;
     for (int k = 0; k < place.count; ++k) {
       const Part& part = place.part[k];
-      sums.add(values_.data() + part.row, part.stride, part.stride, motion.gathered.data() + part.gathered);
+      sums.template add<true>(values_.data() + part.row, part.stride, part.stride,
+                              motion.gathered.data() + part.gathered);
     }
     return sums.sums();
   }
 
   Array<Place> places_;
   Array<Members> members_;
-  Array<double> values_;
+  AlignedScalars values_;
   Array<Block> diagonal_;
   Index n_gathered_ = 0, n_stored_ = 0;
   std::function<void(const Eigen::VectorXd&, Eigen::VectorXd&)> product_;

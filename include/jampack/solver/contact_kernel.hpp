@@ -138,7 +138,7 @@ class ContactKernel {
       old[i] = r[i];
       u[i] += record.free_velocity[static_cast<std::size_t>(i)];
     }
-    ContactVector<N> next = record.local.solve(record.law, u, old);
+    ContactVector<N> next = record.local.template solve<SlipAccuracy::for_a_sweep>(record.law, u, old);
     if constexpr (relaxed) {
 #pragma GCC unroll 9
       for (int i = 0; i < N; ++i) next[i] = old[i] + relaxation * (next[i] - old[i]);

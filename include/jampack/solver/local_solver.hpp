@@ -30,7 +30,7 @@ class LocalSolver {
 
   /// The reaction that satisfies the law; `velocity` is u at the present reaction `r`. Where the block is
   /// zero the reaction can change nothing and stays.
-  template <LocalContactLaw Law>
+  template <SlipAccuracy accuracy = SlipAccuracy::exact, LocalContactLaw Law>
   [[gnu::always_inline]] Reaction solve(const Law& law, const Reaction& velocity, const Reaction& r) const {
     if constexpr (!Law::is_compliant && N == 1)
       if (solvable_) return Reaction(std::max(0.0, r[0] - inverse_(0, 0) * velocity[0]));
@@ -42,7 +42,7 @@ class LocalSolver {
       Reaction stick = product(inverse_, velocity);  // known a product sooner than from b
 #pragma GCC unroll 9
       for (int i = 0; i < N; ++i) stick[i] = r[i] - stick[i];
-      return solve_rigid(law.friction, b, r, stick);
+      return solve_rigid<accuracy>(law.friction, b, r, stick);
     } else {
       return solve_compliant(law, b, r);
     }
@@ -76,6 +76,7 @@ class LocalSolver {
   // waits for memory, and an update is a chain of operations that wait for each other. Unusual states get
   // copies (a vector whose address is given away lies in memory).
   // `stick` is the sticking reaction, -W^-1 b, where the block is regular.
+  template <SlipAccuracy accuracy>
   [[gnu::always_inline]] Reaction solve_rigid(double friction, const Reaction& b, const Reaction& guess,
                                               const Reaction& stick) const {
     if (b[0] >= 0) return Reaction::Zero();
@@ -86,13 +87,13 @@ class LocalSolver {
       if (stick[0] >= 0 && tangential_square(stick) <= friction * friction * stick[0] * stick[0])
         return stick;
       Reaction r;
-      if (slip_near(friction, b, guess, stick, r)) return r;
+      if (slip_near<accuracy>(friction, b, guess, stick, r)) return r;
       return solve_by_candidates(friction, b, guess, stick);
     }
   }
 
   Reaction solve_rigid(double friction, const Reaction& b, const Reaction& guess) const {
-    return solve_rigid(friction, b, guess, Reaction(-product(inverse_, b)));
+    return solve_rigid<SlipAccuracy::exact>(friction, b, guess, Reaction(-product(inverse_, b)));
   }
 
   [[gnu::noinline]] Reaction solve_by_candidates(double friction, Reaction b, Reaction guess,
@@ -173,6 +174,7 @@ class LocalSolver {
 
   // Slip in the direction found at once in 2D, by Halley's method from the last direction in 3D. False where
   // that does not end.
+  template <SlipAccuracy accuracy>
   [[gnu::always_inline]] bool slip_near(double friction, const Reaction& b, const Reaction& guess,
                                         const Reaction& stick, Reaction& r) const {
     if constexpr (N == 2) {
@@ -193,7 +195,7 @@ class LocalSolver {
       d1 *= inverse_size;
       d2 *= inverse_size;
       const SlipEquation equation(w_, b, friction);
-      if (!equation.follow(d1, d2)) return false;
+      if (!equation.follow<accuracy>(d1, d2)) return false;
       r = slipping(equation, friction, b[0], d1, d2);
       return true;
     }
@@ -277,7 +279,7 @@ class LocalSolver<N, IsotropicBlock> {
         inverse_normal_(block.normal > 0 ? 1 / block.normal : 0),
         inverse_tangential_(block.tangential > 0 ? 1 / block.tangential : 0) {}
 
-  template <LocalContactLaw Law>
+  template <SlipAccuracy = SlipAccuracy::exact, LocalContactLaw Law>
   [[gnu::always_inline]] ContactVector<N> solve(const Law& law, const ContactVector<N>& velocity,
                                                 const ContactVector<N>& r) const {
     ContactVector<N> next;

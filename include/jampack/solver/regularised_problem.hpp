@@ -122,7 +122,8 @@ class RegularisedProblem {
 
   void update(Index c, Eigen::VectorXd& r) {
     const Vec old = r.template segment<N>(N * c);
-    const Vec next = local_[c].solve(law_[c], Vec(w_.velocity(motion_, r, c) + rest(r, c)), old);
+    const Vec next = local_[c].template solve<SlipAccuracy::for_a_sweep>(
+        law_[c], Vec(w_.velocity(motion_, r, c) + rest(r, c)), old);
     if (next == old) return;
     r.template segment<N>(N * c) = next;
     w_.change(motion_, c, Vec(next - old));

@@ -7,6 +7,10 @@
 
 namespace jampack {
 
+/// How well a sliding direction is wanted: to round-off, or for a sweep, which comes back: off by the cube of
+/// the last change of its angle, where that was at most a tenth.
+enum class SlipAccuracy { exact, for_a_sweep };
+
 /// Slip of one contact in 3D (docs/theory/contact_solvers.md, eq. 12 to 14): with the unit direction d of the
 /// sliding velocity, friction mu and u = W r + b, b_N < 0,
 ///   r_N = -b_N / A(d),  A(d) = W_NN - mu W_NT . d > 0,   A u_T = V(d) = p + Q d,
@@ -48,6 +52,7 @@ struct SlipEquation {
   }
 
   /// Halley's method on the angle from the unit vector d, which it changes; true if it ends at a solution.
+  template <SlipAccuracy accuracy>
   [[gnu::always_inline]] bool follow(double& d1, double& d2) const {
     const double enough = 4e-16 * scale();
     for (int iteration = 0; iteration < 12; ++iteration) {
@@ -60,7 +65,8 @@ struct SlipEquation {
       const double angle = std::abs(bend) < 0.5 ? newton - bend * newton : newton;
       turn(angle, d1, d2);
       // Cubic convergence: the angle is off by about its third power now.
-      if (std::abs(angle) < 1e-5) return speed(d1, d2) >= 0 && normal_stiffness(d1, d2) > 0;
+      constexpr double small = accuracy == SlipAccuracy::exact ? 1e-5 : 0.1;
+      if (std::abs(angle) < small) return speed(d1, d2) >= 0 && normal_stiffness(d1, d2) > 0;
     }
     return false;
   }
