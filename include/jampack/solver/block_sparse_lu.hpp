@@ -77,9 +77,11 @@ class BlockSparseLU {
       });
       for (Index m = l_start_[i]; m < l_start_[i + 1]; ++m) {
         const Index k = l_column_[m];
-        const Block factor = work_block(k) * inverse_pivot_[k];
-        l_value_[m] = factor;
-        if (!factor.isZero(0)) eliminate(factor, k);
+        const Block block = work_block(k);
+        l_value_[m].setZero();
+        if (block.isZero(0)) continue;
+        l_value_[m].noalias() = block.lazyProduct(inverse_pivot_[k]);
+        eliminate(l_value_[m], k);
       }
       const Block pivot = work_block(i);
       const double size = pivot.cwiseAbs().maxCoeff();
@@ -185,18 +187,30 @@ class BlockSparseLU {
   void eliminate(const Block& factor, Index k) {
     for (Index m = run_start_[k]; m < run_start_[k + 1]; ++m) {
       const Run& run = runs_[m];
-      for (Index j = 0; j < run.padded; j += 4) {
-        FourLanes u[N];
-        for (int b = 0; b < N; ++b)
-          std::memcpy(&u[b], u_value_.data() + run.start + b * run.padded + j, sizeof u[b]);
-        for (int a = 0; a < N; ++a) {
-          double* const target = work_[a].data() + run.first + j;
-          FourLanes w;
-          std::memcpy(&w, target, sizeof w);
-          for (int b = 0; b < N; ++b) w -= factor(a, b) * u[b];
-          std::memcpy(target, &w, sizeof w);
-        }
-      }
+      const double* const u = u_value_.data() + run.start;
+      Index j = 0;
+      for (; j + 8 <= run.padded; j += 8)
+        eliminate_columns<EightLanes>(factor, u + j, run.padded, run.first + j);
+      if (j < run.padded) eliminate_columns<FourLanes>(factor, u + j, run.padded, run.first + j);
+    }
+  }
+
+  // As many columns as `Lanes` has, from `column` on. Unrolled: a factor's entries would be read again and
+  // again.
+  template <class Lanes>
+  [[gnu::always_inline]] void eliminate_columns(const Block& factor, const double* values, Index stride,
+                                                Index column) {
+    Lanes u[N];
+#pragma GCC unroll 9
+    for (int b = 0; b < N; ++b) std::memcpy(&u[b], values + b * stride, sizeof u[b]);
+#pragma GCC unroll 9
+    for (int a = 0; a < N; ++a) {
+      double* const target = work_[a].data() + column;
+      Lanes w;
+      std::memcpy(&w, target, sizeof w);
+#pragma GCC unroll 9
+      for (int b = 0; b < N; ++b) w -= factor(a, b) * u[b];
+      std::memcpy(target, &w, sizeof w);
     }
   }
 

@@ -35,18 +35,13 @@ class NewtonMatrix {
   /// with x of no use, if the matrix cannot be solved with.
   bool solve(const Array<int>& n_rows, const Array<Block>& a, const Array<Block>& constant,
              Eigen::VectorXd& x) {
-    const auto part = [&](const Block& block, Index c, Index d) {
-      Block kept = Block::Zero();
-      kept.topLeftCorner(n_rows[c], n_rows[d]) = block.topLeftCorner(n_rows[c], n_rows[d]);
-      return kept;
-    };
     const bool factorised = lu_.factorise([&](Index c, auto add) {
-      Block rest = Block::Identity();
-      rest.topLeftCorner(n_rows[c], n_rows[c]) = constant[c].topLeftCorner(n_rows[c], n_rows[c]);
+      Block rest = part(constant[c], n_rows[c], n_rows[c]);
+      for (int i = n_rows[c]; i < N; ++i) rest(i, i) = 1;
       add(c, rest);
       if (n_rows[c] == 0) return;
       w_.for_each_block(c, [&](Index d, const Block& block) {
-        if (n_rows[d] > 0) add(d, part(a[c] * block, c, d));
+        if (n_rows[d] > 0) add(d, part(product(a[c], block), n_rows[c], n_rows[d]));
       });
     });
     if (factorised) lu_.solve(x);
@@ -54,6 +49,30 @@ class NewtonMatrix {
   }
 
  private:
+  // Scalar by scalar, all inlined: a product of Eigen's is a call, and corners of any size are loops.
+  [[gnu::always_inline]] static Block product(const Block& a, const Block& b) {
+    Block c;
+#pragma GCC unroll 9
+    for (int j = 0; j < N; ++j)
+#pragma GCC unroll 9
+      for (int i = 0; i < N; ++i) {
+        double sum = a(i, 0) * b(0, j);
+#pragma GCC unroll 9
+        for (int k = 1; k < N; ++k) sum += a(i, k) * b(k, j);
+        c(i, j) = sum;
+      }
+    return c;
+  }
+  // The block with zeros beyond these rows and columns.
+  [[gnu::always_inline]] static Block part(const Block& block, int n_rows, int n_columns) {
+    Block kept;
+#pragma GCC unroll 9
+    for (int j = 0; j < N; ++j)
+#pragma GCC unroll 9
+      for (int i = 0; i < N; ++i) kept(i, j) = i < n_rows && j < n_columns ? block(i, j) : 0.0;
+    return kept;
+  }
+
   const Stored& w_;
   BlockSparseLU<N> lu_;
 };
