@@ -18,6 +18,19 @@ Eigen::VectorXd after_sweeps(const Problem& problem, GaussSeidel solver, Index n
   return r;
 }
 
+template <SlipAccuracy accuracy, class Problem>
+Eigen::VectorXd swept(const Problem& problem, SweepOrder order, double relaxation) {
+  Eigen::VectorXd r = Eigen::VectorXd::Zero(problem.free_velocity.size());
+  GaussSeidelSweeps<Problem, accuracy> sweeps(problem, r);
+  std::uint64_t state = 1;
+  for (int k = 0; k < 5; ++k) {
+    if (order == SweepOrder::shuffled) sweeps.shuffle(state);
+    sweeps.sweep(r, relaxation);
+    if (order == SweepOrder::symmetric) sweeps.reverse();
+  }
+  return r;
+}
+
 // W of the same problem as one dense compliance a ball.
 template <int N>
 GrainComplianceDelassus<N> by_grain(const RigidBallsDelassus<N, N>& balls) {
@@ -98,10 +111,12 @@ TEST_CASE("The kernel for spheres sweeps as the stored matrix does") {
   const ContactProblem stored(as_block_sparse(problem.delassus), problem.free_velocity, problem.law);
   for (const double relaxation : {1.0, 0.8})
     for (const SweepOrder order : {SweepOrder::natural, SweepOrder::symmetric, SweepOrder::shuffled}) {
-      const GaussSeidel solver{.order = order, .relaxation = relaxation};
-      const Eigen::VectorXd x = after_sweeps(problem, solver, 5), y = after_sweeps(stored, solver, 5);
+      constexpr SlipAccuracy exact = SlipAccuracy::exact, for_a_sweep = SlipAccuracy::for_a_sweep;
+      const Eigen::VectorXd x = swept<for_a_sweep>(problem, order, relaxation);  // exact as it is
       CHECK(x.norm() > 0);
-      CHECK((x - y).norm() <= 1e-12 * y.norm());
+      CHECK((x - swept<exact>(stored, order, relaxation)).norm() <= 1e-12 * x.norm());
+      // Sliding directions that turn by an angle below 0.1 are off by about its cube.
+      CHECK((x - swept<for_a_sweep>(stored, order, relaxation)).norm() <= 1e-4 * x.norm());
     }
 }
 

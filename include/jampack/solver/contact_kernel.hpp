@@ -15,7 +15,7 @@ namespace jampack {
 /// An update is a chain of operations that wait for each other. So nothing of it may pass through memory:
 /// all that it calls is inlined, and loops over unknowns, here and there, are unrolled by pragma (compilers
 /// leave them rolled, and what a rolled loop indexes lies in memory).
-template <class Problem>
+template <class Problem, SlipAccuracy accuracy = SlipAccuracy::for_a_sweep>
 class ContactKernel {
   static constexpr int N = Problem::n_unknowns;
   using Delassus = typename Problem::DelassusType;
@@ -138,7 +138,7 @@ class ContactKernel {
       old[i] = r[i];
       u[i] += record.free_velocity[static_cast<std::size_t>(i)];
     }
-    ContactVector<N> next = record.local.template solve<SlipAccuracy::for_a_sweep>(record.law, u, old);
+    ContactVector<N> next = record.local.template solve<accuracy>(record.law, u, old);
     if constexpr (relaxed) {
 #pragma GCC unroll 9
       for (int i = 0; i < N; ++i) next[i] = old[i] + relaxation * (next[i] - old[i]);

@@ -36,7 +36,7 @@ struct GaussSeidel {
 };
 
 /// The data of Gauss–Seidel sweeps over one problem, set up once; sweep() allocates nothing.
-template <class Problem>
+template <class Problem, SlipAccuracy accuracy = SlipAccuracy::for_a_sweep>
 class GaussSeidelSweeps {
  public:
   GaussSeidelSweeps(const Problem& problem, const Eigen::VectorXd& r)
@@ -87,7 +87,7 @@ class GaussSeidelSweeps {
     return changed;
   }
 
-  ContactKernel<Problem> kernel_;
+  ContactKernel<Problem, accuracy> kernel_;
   Array<Index> order_;  // shuffled
   bool backwards_ = false;
   Colouring colouring_;
