@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include <Eigen/Dense>
-#include <jampack/analysis/audit.hpp>
 #include <jampack/detection/grain_surface.hpp>
-#include <jampack/element/linear_simplex.hpp>
-#include <jampack/element/macro_simplex.hpp>
-#include <jampack/io/checkpoint_compaction.hpp>
-#include <jampack/law/signorini_coulomb.hpp>
 #include <jampack/mesh/ball_mesh.hpp>
 #include <jampack/mesh/disk_mesh.hpp>
 
-#include "../catch.hpp"
+#include "audited.hpp"
 
 using namespace jampack;
 using Catch::Matchers::WithinAbs;
 using Catch::Matchers::WithinRel;
+using jampack_tests::audit_of;
 
 namespace {
 
@@ -52,143 +48,7 @@ StoredState<Dim> placed(Index cells, const Array<std::pair<double, Vector<Dim>>>
   return state;
 }
 
-template <int Dim>
-AuditReport audit_of(const StoredState<Dim>& state) {
-  return audit<MacroSimplex<Dim>, NeoHookean>(state);
-}
-
-/// Grains of several sizes pressed in a box until they have this packing fraction.
-template <int Dim, class Law = SignoriniCoulomb>
-StoredState<Dim> pressed(Index cells, const Array<std::pair<double, Vector<Dim>>>& grains, double room,
-                         double packing_fraction, double theta, Law law = {0.3}) {
-  using Packing = SoftPacking<Dim, MacroSimplex<Dim>, NeoHookean>;
-  Packing packing(grain_mesh<Dim>(cells), NeoHookean{1, 0.45, 1}, container(cube<Dim>(room)));
-  for (const auto& [d, centre] : grains) packing.add(d, centre);
-  SoftStepOptions step;
-  step.theta = theta;
-  Compaction<Packing, Law> compaction(std::move(packing), law, {.settled_afresh = 1e-5}, step);
-  while (compaction.packing_fraction() < packing_fraction) compaction.advance();
-  REQUIRE(compaction.settle());
-  return stored_state(compaction);
-}
-
-const Array<std::pair<double, Vector<2>>> four_disks = {
-    {1.0, {-0.52, -0.5}}, {0.95, {0.5, -0.5}}, {1.05, {0.48, 0.51}}, {0.98, {-0.55, 0.53}}};
-
-StoredState<2> pressed_disks(double theta = 1) {
-  return pressed<2>(64, four_disks, 2.12, 0.83, theta);
-}
-
-template <int Dim>
-StoredContact<Dim>& strongest(Array<StoredContact<Dim>>& contacts) {
-  Index best = 0;
-  for (Index c = 0; c < contacts.size(); ++c)
-    if (contacts[c].reaction.norm() > contacts[best].reaction.norm()) best = c;
-  REQUIRE(contacts[best].reaction.norm() > 0);
-  return contacts[best];
-}
-
 }  // namespace
-
-TEST_CASE("the audit passes a pressed packing of disks and sees what is tampered with") {
-  static const StoredState<2> good = pressed_disks();
-  auto state = good;
-  const AuditBounds bounds;
-  SECTION("as it is") {
-    const AuditReport report = audit_of(state);
-    for (const auto& row : report.rows()) {
-      INFO(row.name << " = " << row.value);
-      CHECK(row.is_good);
-    }
-    CHECK(report.equilibrium_residual < 1e-5);
-    CHECK(report.n_contact_points > 10);
-    CHECK(report.pressure > 0);
-    CHECK(report.coordination >= 1.5);
-  }
-  SECTION("a reaction is too large") {
-    strongest(state.pairs).reaction *= 1.1;
-    CHECK(audit_of(state).equilibrium_residual > bounds.equilibrium_residual);
-  }
-  SECTION("a contact is removed: no balance, neither of its grains") {
-    strongest(state.pairs).reaction.setZero();
-    const AuditReport report = audit_of(state);
-    CHECK(report.equilibrium_residual > bounds.equilibrium_residual);
-    CHECK(report.grain_imbalance > bounds.grain_imbalance);
-  }
-  SECTION("a wall force is removed: the walls do not balance") {
-    strongest(state.walls).reaction.setZero();
-    CHECK(audit_of(state).wall_imbalance > bounds.wall_imbalance);
-  }
-  SECTION("a reaction leaves the cone") {
-    auto& reaction = strongest(state.pairs).reaction;
-    const Vector<2> across(-reaction[1], reaction[0]);
-    reaction += across;
-    CHECK(audit_of(state).scaled_residual > 1e-2);
-  }
-  SECTION("a reaction pulls") {
-    strongest(state.pairs).reaction *= -1;
-    CHECK(audit_of(state).scaled_residual > 1e-2);
-  }
-  SECTION("a friction force with no slip against it: the friction coefficient is smaller than was used") {
-    state.friction = 0.01;
-    CHECK(audit_of(state).scaled_residual > bounds.scaled_residual);
-  }
-  SECTION("a grain is shifted into another") {
-    state.grains[0].position.row(0).array() += 0.02;
-    const AuditReport report = audit_of(state);
-    CHECK(report.max_penetration_over_d > bounds.max_penetration_over_d);
-    CHECK(report.max_penetration_over_d < 0.03);
-    CHECK(report.scaled_residual > bounds.scaled_residual);
-    CHECK(report.kinematic_error > bounds.kinematic_error);
-    CHECK(report.n_missed >= 0);
-  }
-  SECTION("a velocity is not that of the motion") {
-    state.grains[1].velocity(0, 0) += 1e-3;
-    CHECK(audit_of(state).kinematic_error > bounds.kinematic_error);
-  }
-  SECTION("a cell is inverted") {
-    const auto& cell = state.mesh.cells[0];
-    auto& x = state.grains[2].position;
-    x.col(cell[0]).swap(x.col(cell[1]));
-    const AuditReport report = audit_of(state);
-    CHECK(report.min_jacobian <= 0);
-    CHECK_FALSE(report.is_good());
-  }
-  SECTION("the element is another") {
-    CHECK_THROWS_AS((audit<LinearSimplex<2>, NeoHookean>(state)), InvalidInput);
-  }
-}
-
-TEST_CASE("the audit passes steps of any theta, and knows which theta it was") {
-  auto state = pressed_disks(0.6);
-  CHECK(audit_of(state).is_good());
-  state.theta = 0.7;
-  CHECK_FALSE(audit_of(state).is_good());
-}
-
-TEST_CASE("the audit passes disks without friction, whose forces turn with the faces") {
-  auto state = pressed<2>(64, four_disks, 2.12, 0.9, 1, Signorini{});
-  REQUIRE(state.n_pair_unknowns == 1);
-  const AuditReport report = audit_of(state);
-  for (const auto& row : report.rows()) {
-    INFO(row.name << " = " << row.value);
-    CHECK(row.is_good);
-  }
-  strongest(state.pairs).reaction *= 1.1;
-  CHECK_FALSE(audit_of(state).is_good());
-}
-
-TEST_CASE("the audit passes spheres, and sees a contact removed") {
-  auto state = pressed<3>(400, {{1.0, {-0.3, -0.28, -0.25}}, {0.9, {0.32, 0.33, 0.29}}}, 1.64, 0.35, 1);
-  const AuditReport report = audit_of(state);
-  for (const auto& row : report.rows()) {
-    INFO(row.name << " = " << row.value);
-    CHECK(row.is_good);
-  }
-  CHECK(report.n_contact_points >= 7);
-  strongest(state.pairs).reaction.setZero();
-  CHECK(audit_of(state).equilibrium_residual > 1e-2);
-}
 
 TEST_CASE("overlap of two undeformed grains is that of the lens") {
   const double depth = 0.03, between = 1 - depth;

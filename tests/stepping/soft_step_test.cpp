@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include <jampack/element/macro_simplex.hpp>
+#include <jampack/io/checkpoint_compaction.hpp>
 #include <jampack/law/signorini_coulomb.hpp>
-#include <jampack/material/neo_hookean.hpp>
 #include <jampack/mesh/ball_mesh.hpp>
 #include <jampack/mesh/disk_mesh.hpp>
 #include <jampack/stepping/compaction.hpp>
 #include <random>
 
-#include "../catch.hpp"
+#include "../analysis/audited.hpp"
 
 using namespace jampack;
+using namespace jampack_tests;
 
 namespace {
 
@@ -143,4 +143,17 @@ TEST_CASE("spheres that are pressed settle, and the number of threads changes no
     CHECK((one.packing.grains[g].position == two.packing.grains[g].position));
     CHECK((one.packing.grains[g].velocity == two.packing.grains[g].velocity));
   }
+}
+
+TEST_CASE("the audit passes spheres, and sees a contact removed") {
+  auto run = two_spheres(1);
+  run.options.settled_afresh = 1e-5;
+  run.advance_to(0.35, 1e-3);
+  REQUIRE(run.settle());
+  auto state = stored_state(run);
+  const AuditReport report = audit_of(state);
+  check_all_good(report);
+  CHECK(report.n_contact_points >= 7);
+  strongest(state.pairs).reaction.setZero();
+  CHECK(audit_of(state).equilibrium_residual > 1e-2);
 }
