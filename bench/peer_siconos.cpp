@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Side by side with Siconos in one process: the same problems in memory, the same clock, set-up counted, both
 // timed to the same scaled_residual. Siconos at the loosest of its own tolerances that reaches it.
-//   peer_siconos FILE.hdf5 ...             writes peer_siconos.csv
-//   peer_siconos --sweeps FILE.hdf5 ...    one Gauss–Seidel sweep beside one of NSGS with NSN
+//   peer_siconos [--variants NAME,...] FILE.hdf5 ...    writes peer_siconos.csv
+//   peer_siconos --sweeps FILE.hdf5 ...                 one Gauss–Seidel sweep beside one of NSGS with NSN
 
 #include <numerics/FrictionContactProblem.h>
 #include <numerics/Friction_cst.h>
@@ -193,6 +193,9 @@ int main(int argc, char** argv) {
         "peer_siconos FILE.hdf5 ...   the default solver beside those of Siconos, one process, CPU time");
     return 2;
   }
+  // Siconos can end the process for good: then those of its variants that do not.
+  const bool selects = argc > 3 && std::string(argv[1]) == "--variants";
+  const std::string selected = selects ? argv[2] : "";
   Array<std::string> columns = {"problem", "contacts", "tolerance", "default"};
   for (const Variant& variant : variants) columns.push_back(variant.name);
   for (const char* column : {"compiler", "flags", "commit"}) columns.push_back(column);
@@ -211,7 +214,7 @@ int main(int argc, char** argv) {
     double value() const { return n > 0 ? std::exp(logarithm / n) : std::nan(""); }
   };
   Mean best_mean[2][2], proximal_mean[2][2];  // by tolerance; problems of 1 ms and more, and below
-  for (int k = 1; k < argc; ++k) {
+  for (int k = selects ? 3 : 1; k < argc; ++k) {
     const AnyContactProblem any = read_fclib(argv[k]);
     const Problem* const problem = std::get_if<Problem>(&any);
     if (problem == nullptr) continue;
@@ -231,7 +234,8 @@ int main(int argc, char** argv) {
       std::printf("%-22.22s %8td %6.0e %9.3f", name.c_str(), problem->n_contacts(), tolerance, 1e3 * ours);
       double best = time_limit, proximal = time_limit;  // a failure counts as the time limit
       for (const Variant& variant : variants) {
-        const double seconds = peer.solve(*problem, variant, tolerance);
+        const double seconds =
+            named(selected, variant.name) ? peer.solve(*problem, variant, tolerance) : infinity;
         best = std::min(best, seconds);
         if (variant.solver == SICONOS_FRICTION_3D_PROX) proximal = std::min(seconds, time_limit);
         row.push_back(std::isfinite(seconds) ? seconds : std::nan(""));
