@@ -39,8 +39,11 @@ struct DefaultSolver {
       sweep_while_promising(problem, r, iterate, stop.max_sweeps, n_sweeps, no_price);
     double regularisation = ProximalNewton{}.regularisation;
     for (int round = 0; round < 6 && can_factorise && going_on(iterate, n_sweeps); ++round) {
-      ProximalNewton newton{
-          .stop = stop, .regularisation = regularisation, .first_sweeps = round == 0 ? 0 : 20};
+      // More sweeps after a step or fewer: each loses some problem that the other one solves.
+      ProximalNewton newton{.stop = stop,
+                            .regularisation = regularisation,
+                            .first_sweeps = round == 0 ? 0 : 20,
+                            .smoothing = round % 2 == 0 ? 5 : 2};
       // Sweeps may be right after all: where factors are dear, both get about the same time.
       const Index most = (newton_price() > dear ? Index{50} : Index{500}) << round, before = n_sweeps;
       newton.stop.max_sweeps = std::min<Index>(most, stop.max_sweeps - n_sweeps);
