@@ -203,3 +203,18 @@ TEST_CASE("Impossible operators are refused") {
   CHECK_THROWS_AS((RigidBallsDelassus<2, 2>({{1, 1}}, {{3, -1, Matrix<2>::Identity(), 1.0}})), InvalidInput);
   CHECK_THROWS_AS((RigidBallsDelassus<2, 2>({{-1, 1}}, {})), InvalidInput);
 }
+
+TEST_CASE("Aligned scalars begin a cache line, are zero when new and keep their values") {
+  AlignedScalars scalars;
+  CHECK(scalars.data() == nullptr);
+  for (const Index n : {1, 8, 9, 1000}) {
+    const double kept = scalars.data() == nullptr ? 0 : scalars.data()[0];
+    scalars.resize(n);
+    CHECK(reinterpret_cast<std::uintptr_t>(scalars.data()) % 64 == 0);
+    CHECK(scalars.data()[0] == kept);
+    CHECK(scalars.data()[AlignedScalars::padded(n) - 1] == 0);
+    scalars.data()[0] = static_cast<double>(n);
+  }
+  CHECK(AlignedScalars::padded(0) == 0);
+  CHECK(AlignedScalars::padded(9) == 16);
+}
