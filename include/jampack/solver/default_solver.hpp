@@ -39,11 +39,14 @@ struct DefaultSolver {
       sweep_while_promising(problem, r, iterate, stop.max_sweeps, n_sweeps, no_price);
     double regularisation = ProximalNewton{}.regularisation;
     for (int round = 0; round < 6 && can_factorise && going_on(iterate, n_sweeps); ++round) {
-      // More sweeps after a step or fewer: each loses some problem that the other one solves.
+      // Sweeps after a step that cost no more than half its factors (of a long chain nearly nothing: there
+      // they would hide the error that is left). More or fewer: each loses some problem that the other
+      // solves.
+      const Index most_smoothing = std::clamp<Index>(newton_price() / 30, 2, 5);
       ProximalNewton newton{.stop = stop,
                             .regularisation = regularisation,
                             .first_sweeps = round == 0 ? 0 : 20,
-                            .smoothing = round % 2 == 0 ? 5 : 2};
+                            .smoothing = round % 2 == 0 ? most_smoothing : 2};
       // Sweeps may be right after all: where factors are dear, both get about the same time.
       const Index most = (newton_price() > dear ? Index{50} : Index{500}) << round, before = n_sweeps;
       newton.stop.max_sweeps = std::min<Index>(most, stop.max_sweeps - n_sweeps);
