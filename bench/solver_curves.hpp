@@ -50,6 +50,7 @@ class SolverCurves {
   void measure(const std::string& name, const Problem& problem, const Eigen::VectorXd& guess,
                const jampack::Array<std::string>& solvers = solver_names) {
     jampack::CurvePicture picture{"log10 of CPU seconds", "scaled_residual", {}, true};
+    picture.key = "left bottom";  // residuals fall
     std::printf("%s: %td contacts; CPU milliseconds to 1e-2, 1e-4, 1e-6, 1e-8, 1e-10\n", name.c_str(),
                 problem.n_contacts());
     for (const std::string& solver : solvers)
