@@ -9,7 +9,7 @@
 
 namespace jampack {
 
-/// One contact update of Gauss–Seidel, for any Delassus operator: its velocity, the exact local solution, the
+/// One contact update of Gauss–Seidel, for any Delassus operator: its velocity, the local solution, the
 /// change of motion. Set up once for a problem, which it refers to; visit() allocates nothing.
 ///
 /// An update is a chain of operations that wait for each other. So nothing of it may pass through memory:

@@ -21,8 +21,9 @@ enum class SweepOrder {
   coloured,   ///< colour by colour, for threads: the same bits whatever their number
 };
 
-/// Nonlinear (block) Gauss–Seidel: contact by contact, the exact local solution with all others held
-/// (M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235). Stops on scaled_residual, recomputed from
+/// Nonlinear (block) Gauss–Seidel: contact by contact, the local solution with all others held (M. Jean,
+/// Comput. Methods Appl. Mech. Engrg. 177 (1999) 235), exact but for how far sliding directions are followed
+/// (SlipAccuracy::for_a_sweep). Stops on scaled_residual, recomputed from
 /// W r + q; the sum of the changes of a sweep only decides when that test is worth its price.
 struct GaussSeidel {
   StoppingCriterion stop{};
